@@ -1,0 +1,383 @@
+//! The corner table (Rossignac, Safonova, Szymczak 2001; spec §2.1).
+//!
+//! ```text
+//!               v(c)                 A corner c is triangle t = c/3 seen from its vertex v(c).
+//!                c                   It also names the edge opposite to it, n(c) -> p(c).
+//!               / \
+//!        left  /   \  right          left edge  v(c) -> v(n): opposite to p(c)
+//!             /  t  \                right edge v(p) -> v(c): opposite to n(c)
+//!         n(c)-------p(c)
+//!             \     /                o = O[c] is the corner that faces c across the edge,
+//!              \   /                 NONE where the edge is a boundary edge.
+//!               \ /
+//!                o                   Seen from outside the order v, n, p is counter-clockwise.
+//! ```
+
+use super::index::{Corner, Triangle, Vertex};
+
+/// A triangle mesh as the arrays V (corner to vertex), O (corner to opposite corner) and one corner a vertex.
+///
+/// Invariants, kept by every operation of `refine`:
+/// - `O[O[c]] == c` wherever `O[c]` exists, and the two corners see the same edge in opposite directions;
+/// - the corners at a vertex form one fan, closed in the interior, open at the boundary;
+/// - no two edges join the same pair of vertices, no two triangles have the same three vertices;
+/// - the corner of a boundary vertex is the one whose triangle has the outgoing boundary edge;
+/// - a removed triangle has `V == NONE` at its three corners, an unused vertex has corner `NONE`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct CornerTable {
+    pub(crate) vertices: Vec<Vertex>,
+    pub(crate) opposites: Vec<Corner>,
+    pub(crate) corners: Vec<Corner>,
+    pub(crate) live: u32,
+}
+
+/// Why some triangles are not an oriented manifold.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TopologyError {
+    /// A triangle names one vertex twice.
+    #[error("triangle {0:?} names a vertex twice")]
+    DegenerateTriangle(Triangle),
+    /// An edge has three triangles, or two that run along it in the same direction.
+    #[error("the edge {0:?} {1:?} has more than two triangles, or two in the same direction")]
+    EdgeNotManifold(Vertex, Vertex),
+    /// The corners at a vertex form more than one fan.
+    #[error("the triangles at {0:?} form more than one fan")]
+    VertexNotManifold(Vertex),
+    /// Two triangles have the same vertices.
+    #[error("triangle {0:?} repeats another")]
+    RepeatedTriangle(Triangle),
+    /// The table contradicts itself.
+    #[error("the table is inconsistent at {0:?}")]
+    Inconsistent(Corner),
+}
+
+impl CornerTable {
+    /// Builds the table of an oriented manifold of `vertex_count` vertices.
+    ///
+    /// # Errors
+    /// [`TopologyError`] where the triangles are not an oriented manifold without repeated edges.
+    pub fn from_triangles(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<Self, TopologyError> {
+        let vertices: Vec<Vertex> = triangles.iter().flatten().map(|&v| Vertex(v)).collect();
+        let mut opposites = vec![Corner::NONE; vertices.len()];
+        for edge in sorted_edges(&vertices).chunk_by(|x, y| x.0 == y.0) {
+            let ends = (Vertex((edge[0].0 >> 32) as u32), Vertex(edge[0].0 as u32));
+            match *edge {
+                [_] => {}
+                [(_, c), (_, d)] if vertices[c.next().index()] == vertices[d.prev().index()] => {
+                    opposites[c.index()] = d;
+                    opposites[d.index()] = c;
+                }
+                _ => return Err(TopologyError::EdgeNotManifold(ends.0, ends.1)),
+            }
+        }
+        let table = Self::from_parts(vertex_count, vertices, opposites);
+        table.check()?;
+        Ok(table)
+    }
+
+    /// Completes a table whose V and O are consistent: finds one corner for each vertex.
+    pub(crate) fn from_parts(vertex_count: usize, vertices: Vec<Vertex>, opposites: Vec<Corner>) -> Self {
+        let live = (vertices.len() / 3) as u32;
+        let mut table = Self { vertices, opposites, corners: vec![Corner::NONE; vertex_count], live };
+        for c in 0..table.vertices.len() as u32 {
+            table.renew_corner(Corner(c));
+        }
+        table
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.live as usize
+    }
+
+    /// Number of places for triangles, removed ones included: triangle indices are below it.
+    pub fn slots(&self) -> usize {
+        self.vertices.len() / 3
+    }
+
+    /// Number of vertex indices, unused ones included.
+    pub fn vertex_slots(&self) -> usize {
+        self.corners.len()
+    }
+
+    /// V: the vertex of a corner.
+    #[inline]
+    pub fn vertex(&self, c: Corner) -> Vertex {
+        self.vertices[c.index()]
+    }
+
+    /// O: the corner that faces `c` across its edge, or `NONE` at the boundary.
+    #[inline]
+    pub fn opposite(&self, c: Corner) -> Corner {
+        self.opposites[c.index()]
+    }
+
+    /// One corner at `v`: at a boundary vertex the one whose triangle has the outgoing boundary edge;
+    /// `NONE` for an unused vertex.
+    #[inline]
+    pub fn corner_of(&self, v: Vertex) -> Corner {
+        self.corners[v.index()]
+    }
+
+    /// Whether the triangle has not been removed.
+    #[inline]
+    pub fn is_live(&self, t: Triangle) -> bool {
+        self.vertices[t.corner(0).index()].is_some()
+    }
+
+    /// The three vertices of a triangle, counter-clockwise.
+    #[inline]
+    pub fn triangle(&self, t: Triangle) -> [Vertex; 3] {
+        t.corners().map(|c| self.vertex(c))
+    }
+
+    /// All triangles that have not been removed.
+    pub fn triangles(&self) -> impl Iterator<Item = Triangle> + '_ {
+        (0..self.slots() as u32).map(Triangle).filter(|&t| self.is_live(t))
+    }
+
+    /// The edge opposite to `c` as its triangle runs along it: from `v(next c)` to `v(prev c)`.
+    #[inline]
+    pub fn edge(&self, c: Corner) -> (Vertex, Vertex) {
+        (self.vertex(c.next()), self.vertex(c.prev()))
+    }
+
+    /// The next corner at the same vertex, counter-clockwise; `NONE` past the boundary.
+    #[inline]
+    pub fn swing(&self, c: Corner) -> Corner {
+        let o = self.opposite(c.next());
+        if o.is_some() { o.next() } else { Corner::NONE }
+    }
+
+    /// The corners at `v`, counter-clockwise; at a boundary vertex from the outgoing boundary edge to the incoming one.
+    pub fn fan(&self, v: Vertex) -> impl Iterator<Item = Corner> + '_ {
+        let first = self.corner_of(v);
+        let mut at = first;
+        std::iter::from_fn(move || {
+            if at.is_none() {
+                return None;
+            }
+            let now = at;
+            at = self.swing(at);
+            if at == first {
+                at = Corner::NONE;
+            }
+            Some(now)
+        })
+    }
+
+    /// Whether `v` lies on the boundary; an unused vertex does not.
+    #[inline]
+    pub fn is_boundary(&self, v: Vertex) -> bool {
+        let c = self.corner_of(v);
+        c.is_some() && self.opposite(c.prev()).is_none()
+    }
+
+    /// Number of edges at `v`.
+    pub fn valence(&self, v: Vertex) -> usize {
+        self.fan(v).count() + usize::from(self.is_boundary(v))
+    }
+
+    /// The neighbours of `v`, counter-clockwise; at a boundary vertex from the outgoing boundary edge to the incoming one.
+    pub fn link(&self, v: Vertex) -> Vec<Vertex> {
+        let mut link = Vec::with_capacity(8);
+        let mut last = Corner::NONE;
+        for c in self.fan(v) {
+            link.push(self.vertex(c.next()));
+            last = c;
+        }
+        if last.is_some() && self.is_boundary(v) {
+            link.push(self.vertex(last.prev()));
+        }
+        link
+    }
+
+    /// A corner whose opposite edge joins `a` and `b`, or `NONE`. Takes time in the smaller of the two valences.
+    pub fn find_edge(&self, a: Vertex, b: Vertex) -> Corner {
+        let mut at = [self.fan(a), self.fan(b)];
+        let other = [b, a];
+        loop {
+            for (fan, &other) in at.iter_mut().zip(&other) {
+                let Some(c) = fan.next() else { return Corner::NONE };
+                if self.vertex(c.next()) == other {
+                    return c.prev();
+                }
+                if self.vertex(c.prev()) == other {
+                    return c.next();
+                }
+            }
+        }
+    }
+
+    /// The corner whose triangle runs along its opposite edge from `a` to `b`, or `NONE`.
+    pub fn find_directed_edge(&self, a: Vertex, b: Vertex) -> Corner {
+        let c = self.find_edge(a, b);
+        if c.is_none() || self.vertex(c.next()) == a { c } else { self.opposite(c) }
+    }
+
+    /// Whether `a` and `b` are joined by an edge.
+    pub fn has_edge(&self, a: Vertex, b: Vertex) -> bool {
+        self.find_edge(a, b).is_some()
+    }
+
+    /// Joins two corners across an edge; either may be `NONE`.
+    #[inline]
+    pub(crate) fn join(&mut self, c: Corner, d: Corner) {
+        if c.is_some() {
+            self.opposites[c.index()] = d;
+        }
+        if d.is_some() {
+            self.opposites[d.index()] = c;
+        }
+    }
+
+    /// Re-establishes the corner of the vertex at `c`, one of whose triangles has been rewritten.
+    #[inline]
+    pub(crate) fn renew_corner(&mut self, c: Corner) {
+        let v = self.vertices[c.index()];
+        let old = self.corners[v.index()];
+        let stale = old.is_none() || old.index() >= self.vertices.len() || self.vertices[old.index()] != v;
+        if stale || self.opposites[c.prev().index()].is_none() {
+            self.corners[v.index()] = c;
+        }
+    }
+
+    /// Re-establishes the corners of the vertices of a rewritten triangle.
+    #[inline]
+    pub(crate) fn renew_corners(&mut self, t: Triangle) {
+        for c in t.corners() {
+            self.renew_corner(c);
+        }
+    }
+
+    /// Appends a triangle without neighbours.
+    pub(crate) fn push_triangle(&mut self, vertices: [Vertex; 3]) -> Triangle {
+        let t = Triangle(self.slots() as u32);
+        self.vertices.extend(vertices);
+        self.opposites.extend([Corner::NONE; 3]);
+        self.live += 1;
+        t
+    }
+
+    /// Marks a triangle as removed; removed triangles at the end give up their place.
+    pub(crate) fn remove_triangle(&mut self, t: Triangle) {
+        for c in t.corners() {
+            self.vertices[c.index()] = Vertex::NONE;
+            self.opposites[c.index()] = Corner::NONE;
+        }
+        self.live -= 1;
+        while self.vertices.last() == Some(&Vertex::NONE) {
+            let slots = self.vertices.len() - 3;
+            self.vertices.truncate(slots);
+            self.opposites.truncate(slots);
+        }
+    }
+
+    /// Makes room for vertex `v` in the corner array.
+    pub(crate) fn reserve_vertex(&mut self, v: Vertex) {
+        if v.index() >= self.corners.len() {
+            self.corners.resize(v.index() + 1, Corner::NONE);
+        }
+    }
+
+    /// Checks every invariant. Takes time in proportion to the mesh.
+    ///
+    /// # Errors
+    /// The first [`TopologyError`] found.
+    pub fn check(&self) -> Result<(), TopologyError> {
+        let live = |c: Corner| c.index() < self.vertices.len() && self.vertices[c.index()].is_some();
+        let mut fan_sizes = vec![0u32; self.corners.len()];
+        for t in self.triangles() {
+            let [a, b, c] = self.triangle(t);
+            if a == b || b == c || c == a {
+                return Err(TopologyError::DegenerateTriangle(t));
+            }
+            for c in t.corners() {
+                let o = self.opposite(c);
+                if o.is_some() {
+                    let (x, y) = self.edge(c);
+                    if !live(o) || self.opposite(o) != c || self.edge(o) != (y, x) {
+                        return Err(TopologyError::Inconsistent(c));
+                    }
+                }
+                let v = self.vertex(c);
+                let Some(size) = fan_sizes.get_mut(v.index()) else {
+                    return Err(TopologyError::Inconsistent(c));
+                };
+                *size += 1;
+            }
+        }
+        let mut seen = vec![Vertex::NONE; self.corners.len()];
+        for v in (0..self.corners.len() as u32).map(Vertex) {
+            let c = self.corner_of(v);
+            if c.is_none() {
+                if fan_sizes[v.index()] > 0 {
+                    return Err(TopologyError::VertexNotManifold(v));
+                }
+                continue;
+            }
+            if !live(c) || self.vertex(c) != v || self.fan(v).count() as u32 != fan_sizes[v.index()] {
+                return Err(TopologyError::VertexNotManifold(v));
+            }
+            for w in self.link(v) {
+                if std::mem::replace(&mut seen[w.index()], v) == v {
+                    return Err(TopologyError::EdgeNotManifold(v, w));
+                }
+            }
+            // With single edges, two triangles with the same vertices see each other across an edge.
+            for c in self.fan(v) {
+                let o = self.opposite(c);
+                if o.is_some() && self.vertex(o) == v {
+                    return Err(TopologyError::RepeatedTriangle(o.triangle()));
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// All edges as (smaller end, larger end) in one key, with the corner opposite; sorted.
+fn sorted_edges(vertices: &[Vertex]) -> Vec<(u64, Corner)> {
+    let key = |c: Corner| {
+        let (a, b) = (vertices[c.next().index()].0, vertices[c.prev().index()].0);
+        u64::from(a.min(b)) << 32 | u64::from(a.max(b))
+    };
+    let mut edges: Vec<_> = (0..vertices.len() as u32).map(Corner).map(|c| (key(c), c)).collect();
+    edges.sort_unstable();
+    edges
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const TETRAHEDRON: [[u32; 3]; 4] = [[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]];
+
+    #[test]
+    fn a_tetrahedron_is_closed() {
+        let table = CornerTable::from_triangles(4, &TETRAHEDRON).unwrap();
+        for v in (0..4).map(Vertex) {
+            assert_eq!(table.valence(v), 3);
+            assert!(!table.is_boundary(v));
+        }
+        assert_eq!(table.edge(table.find_directed_edge(Vertex(1), Vertex(3))), (Vertex(1), Vertex(3)));
+    }
+
+    #[test]
+    fn the_fan_of_a_boundary_vertex_runs_from_the_outgoing_edge_to_the_incoming_one() {
+        let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        assert_eq!(table.link(Vertex(0)), [Vertex(1), Vertex(2), Vertex(3)]);
+        assert!(table.is_boundary(Vertex(0)));
+        assert!(!table.has_edge(Vertex(1), Vertex(3)));
+    }
+
+    #[test]
+    fn what_is_no_manifold_is_refused() {
+        let fails = |n, t: &[[u32; 3]]| CornerTable::from_triangles(n, t).unwrap_err();
+        assert!(matches!(fails(5, &[[0, 1, 2], [1, 0, 3], [0, 1, 4]]), TopologyError::EdgeNotManifold(..)));
+        assert!(matches!(fails(4, &[[0, 1, 2], [0, 1, 3]]), TopologyError::EdgeNotManifold(..)));
+        assert!(matches!(fails(5, &[[0, 1, 2], [0, 3, 4]]), TopologyError::VertexNotManifold(_)));
+        assert!(matches!(fails(3, &[[0, 1, 2], [0, 2, 1]]), TopologyError::RepeatedTriangle(_)));
+        assert!(matches!(fails(2, &[[0, 1, 1]]), TopologyError::DegenerateTriangle(_)));
+    }
+}

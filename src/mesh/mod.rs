@@ -1,0 +1,11 @@
+//! Ground: typed indices, the corner table, the lattice, conditioning, distances. Knows no codec.
+
+pub mod corner_table;
+pub mod index;
+pub mod indexed;
+pub mod lattice;
+
+pub use corner_table::CornerTable;
+pub use index::{Corner, Triangle, Vertex};
+pub use indexed::{CornerAttribute, IndexedMesh};
+pub use lattice::Lattice;

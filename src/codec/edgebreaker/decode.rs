@@ -1,0 +1,278 @@
+//! Reading: triangles are glued onto loops of open edges, last symbol first.
+
+use super::{Models, Symbol};
+use crate::entropy::{BitCoder, CodingError};
+use crate::limits::Budget;
+use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::refine::Roots;
+
+/// A connectivity and its root edges.
+#[derive(Debug)]
+pub struct Connectivity {
+    /// A manifold that passed [`CornerTable::check`].
+    pub table: CornerTable,
+    /// One root edge for each component, in the order of the writer's.
+    pub roots: Roots,
+}
+
+/// Why a connectivity payload cannot be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ConnectivityError {
+    /// The code ends early or holds an impossible number.
+    #[error("{0}")]
+    Coding(#[from] CodingError),
+    /// A symbol cannot follow those before it.
+    #[error("triangle {0} cannot be attached")]
+    Symbol(usize),
+    /// Open edges remain.
+    #[error("the surface is not closed")]
+    Open,
+    /// The result is not what the file says, or no manifold.
+    #[error("{0}")]
+    Mesh(String),
+    /// A limit was reached.
+    #[error("{0}")]
+    Limit(crate::error::Error),
+}
+
+/// Reads the connectivity of a mesh of `triangles` triangles and `boundary` boundary edges.
+///
+/// # Errors
+/// [`ConnectivityError`]; nothing panics, and memory grows with what has been read.
+pub fn decode<C: BitCoder>(
+    coder: &mut C,
+    triangles: u32,
+    boundary: u32,
+    budget: &mut Budget,
+) -> Result<Connectivity, ConnectivityError> {
+    let total = triangles as usize + boundary as usize;
+    let mut models = Models::default();
+    let mut builder = Builder::default();
+    for number in 0..total {
+        if number.is_multiple_of(CHUNK) {
+            let chunk = CHUNK.min(total - number);
+            budget.take_memory(chunk, BYTES_A_TRIANGLE).map_err(ConnectivityError::Limit)?;
+            budget.take_work(chunk as u64).map_err(ConnectivityError::Limit)?;
+        }
+        let symbol = match builder.context() {
+            Some((count, last)) => models.symbol(coder, count, last, None),
+            None => Symbol::E,
+        };
+        let handle = if symbol == Symbol::S { models.handle(coder, None)? } else { None };
+        builder.add(symbol, handle).ok_or(ConnectivityError::Symbol(number))?;
+        coder.check()?;
+    }
+    let result = builder.finish(&mut models, coder, boundary);
+    budget.give_memory(total, BYTES_A_TRIANGLE);
+    result
+}
+
+/// Triangles that the budget is debited for at a time.
+const CHUNK: usize = 1 << 12;
+/// Per corner: opposite, next, previous, vertex, and the count.
+const BYTES_A_TRIANGLE: usize = 3 * 17;
+const FREE: u32 = u32::MAX;
+
+/// The surface so far, in reading order, bounded by loops of open edges. An edge is named by the corner opposite to it.
+#[derive(Debug, Default)]
+pub(super) struct Builder {
+    opposites: Vec<Corner>,
+    /// The loops: the open edges behind and before each; `FREE` at both for an edge that is not open.
+    next: Vec<u32>,
+    prev: Vec<u32>,
+    /// Triangles round the start of each open edge, up to 255.
+    counts: Vec<u8>,
+    open: usize,
+    /// The edges that wait for a triangle; the last is the active one.
+    stack: Vec<u32>,
+    last: Option<Symbol>,
+    /// The first triangles of components: the last ones read.
+    starts: Vec<Corner>,
+}
+
+impl Builder {
+    /// What the next symbol is read under; `None` where a component begins, with E.
+    pub(super) fn context(&self) -> Option<(u8, Symbol)> {
+        let &active = self.stack.last()?;
+        Some((self.counts[active as usize], self.last.unwrap_or(Symbol::E)))
+    }
+
+    /// Adds a triangle; `None` where it does not fit.
+    pub(super) fn add(&mut self, symbol: Symbol, handle: Option<(u32, bool)>) -> Option<()> {
+        let t = self.opposites.len() as u32;
+        // Edges of the new triangle: y→z, where it was entered, z→x on its right, x→y on its left.
+        let (gate, right, left) = (t, t + 1, t + 2);
+        self.opposites.extend([Corner::NONE; 3]);
+        self.next.extend([FREE; 3]);
+        self.prev.extend([FREE; 3]);
+        self.counts.extend([1; 3]);
+        self.last = Some(symbol);
+        if symbol == Symbol::E {
+            self.link(gate, right);
+            self.link(right, left);
+            self.link(left, gate);
+            self.open += 3;
+            self.stack.push(gate);
+            return Some(());
+        }
+        let a = self.stack.pop()?;
+        if !self.is_open(a) {
+            return None;
+        }
+        let (before, after) = (self.prev[a as usize], self.next[a as usize]);
+        match symbol {
+            Symbol::R | Symbol::L => {
+                let (glued, first, second) =
+                    if symbol == Symbol::R { (left, gate, right) } else { (right, left, gate) };
+                self.counts[first as usize] = self.counts[a as usize].saturating_add(1);
+                self.grow(after);
+                self.glue(a, glued);
+                self.link(before, first);
+                self.link(first, second);
+                self.link(second, after);
+                self.open += 1;
+            }
+            Symbol::C | Symbol::S => {
+                let b = match (symbol, handle) {
+                    (Symbol::C, _) => before,
+                    (_, None) => self.stack.pop()?,
+                    (_, Some((distance, is_left))) => {
+                        let by = (t / 3).checked_sub(distance).filter(|_| distance > 0)?;
+                        by * 3 + if is_left { 2 } else { 1 }
+                    }
+                };
+                // y and z must differ: the edge behind a must not be b.
+                if b == a || b == after || !self.is_open(b) {
+                    return None;
+                }
+                let (before_b, after_b) = (self.prev[b as usize], self.next[b as usize]);
+                self.counts[gate as usize] = self.counts[b as usize].saturating_add(1);
+                self.grow(after);
+                if after_b != a {
+                    // An edge alone would begin and end at one vertex.
+                    if after_b == before {
+                        return None;
+                    }
+                    let joined = self.counts[a as usize].saturating_add(1);
+                    let count = &mut self.counts[after_b as usize];
+                    *count = count.saturating_add(joined);
+                    self.link(before, after_b);
+                }
+                self.glue(a, right);
+                self.glue(b, left);
+                self.link(before_b, gate);
+                self.link(gate, after);
+                self.open -= 1;
+            }
+            Symbol::E => unreachable!("handled above"),
+        }
+        let over = self.next[gate as usize];
+        if self.next[over as usize] == gate {
+            // Two open edges with the same ends: the root edge, and the component is complete.
+            self.glue(gate, over);
+            self.open -= 2;
+            self.starts.push(Corner(gate));
+            return (self.open == 0 && self.stack.is_empty()).then_some(());
+        }
+        self.stack.push(gate);
+        Some(())
+    }
+
+    fn is_open(&self, edge: u32) -> bool {
+        self.next.get(edge as usize).is_some_and(|&next| next != FREE)
+    }
+
+    fn link(&mut self, a: u32, b: u32) {
+        self.next[a as usize] = b;
+        self.prev[b as usize] = a;
+    }
+
+    fn grow(&mut self, edge: u32) {
+        let count = &mut self.counts[edge as usize];
+        *count = count.saturating_add(1);
+    }
+
+    /// Makes two edges one; neither is open afterwards.
+    fn glue(&mut self, a: u32, b: u32) {
+        self.opposites[a as usize] = Corner(b);
+        self.opposites[b as usize] = Corner(a);
+        for e in [a, b] {
+            self.next[e as usize] = FREE;
+            self.prev[e as usize] = FREE;
+        }
+    }
+
+    /// Names the vertices, takes the caps away, checks the rest.
+    fn finish<C: BitCoder>(
+        self,
+        models: &mut Models,
+        coder: &mut C,
+        boundary: u32,
+    ) -> Result<Connectivity, ConnectivityError> {
+        if self.open > 0 {
+            return Err(ConnectivityError::Open);
+        }
+        let Self { opposites, starts, .. } = self;
+        let triangles = opposites.len() / 3;
+        // The writer's order is the reader's backwards.
+        let mut orbit = vec![Vertex::NONE; opposites.len()];
+        let mut caps = Vec::new();
+        for c in (0..triangles as u32).rev().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).map(Corner) {
+            if orbit[c.index()].is_some() {
+                continue;
+            }
+            let v = Vertex(caps.len() as u32);
+            let (mut at, mut valence) = (c, 0);
+            while orbit[at.index()].is_none() {
+                orbit[at.index()] = v;
+                valence += 1;
+                at = opposites[at.next().index()].next();
+            }
+            caps.push(models.is_cap(coder, valence, false));
+            coder.check()?;
+        }
+        let is_cap = |t: usize| (0..3).any(|k| caps[orbit[3 * t + k].index()]);
+        let mut place = vec![Corner::NONE; triangles];
+        let mut kept = 0;
+        for t in (0..triangles).rev().filter(|&t| !is_cap(t)) {
+            place[t] = Corner(kept * 3);
+            kept += 1;
+        }
+        if triangles - kept as usize != boundary as usize {
+            return Err(ConnectivityError::Mesh(format!(
+                "{} boundary edges instead of {boundary}",
+                triangles - kept as usize
+            )));
+        }
+        let moved = |c: Corner| {
+            let base = place[c.triangle().index()];
+            if base.is_none() { Corner::NONE } else { Corner(base.0 + c.0 % 3) }
+        };
+        let mut names = vec![Vertex::NONE; caps.len()];
+        let mut named = 0;
+        let (mut v, mut o) = (Vec::with_capacity(kept as usize * 3), Vec::with_capacity(kept as usize * 3));
+        for t in (0..triangles).rev().filter(|&t| place[t].is_some()) {
+            for k in 3 * t..3 * t + 3 {
+                let name = &mut names[orbit[k].index()];
+                if name.is_none() {
+                    *name = Vertex(named);
+                    named += 1;
+                }
+                v.push(*name);
+                o.push(moved(opposites[k]));
+            }
+        }
+        let table = CornerTable::from_parts(named as usize, v, o);
+        table.check().map_err(|e| ConnectivityError::Mesh(e.to_string()))?;
+        let mut edges = Vec::with_capacity(starts.len());
+        for &start in starts.iter().rev() {
+            let start = moved(start);
+            if start.is_none() {
+                return Err(ConnectivityError::Mesh("a component begins with a cap".into()));
+            }
+            edges.push(table.edge(start));
+        }
+        let roots = Roots::new(&table, edges);
+        Ok(Connectivity { table, roots })
+    }
+}

@@ -1,0 +1,135 @@
+//! A keyframe: one whole level, connectivity first, then positions in walk order (spec §7).
+
+use super::edgebreaker::{self, ConnectivityError};
+use super::walk::Walk;
+use crate::entropy::{BitCoder, CodingError, NumberModel, RangeDecoder, varint};
+use crate::limits::Budget;
+use crate::mesh::{CornerTable, Vertex};
+use crate::refine::{ProgressiveMesh, Roots, from_cell};
+use bitvec::vec::BitVec;
+
+/// What a keyframe must turn out to be: the level entry of the table of contents, and the lattice.
+#[derive(Clone, Copy, Debug)]
+pub struct Expected {
+    /// Vertices of the level.
+    pub vertices: u32,
+    /// Triangles of the level.
+    pub triangles: u32,
+    /// Its precision s.
+    pub precision: u32,
+    /// Bits a coordinate of the lattice.
+    pub bits: u32,
+}
+
+/// What a keyframe takes.
+#[derive(Clone, Debug)]
+pub struct Written {
+    /// The payload.
+    pub payload: Vec<u8>,
+    /// How many of its bytes are connectivity; the rest are positions.
+    pub connectivity: usize,
+}
+
+/// Writes a level as a payload.
+#[cfg(feature = "encode")]
+pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
+    let boundary = mesh.table.triangles().flat_map(|t| t.corners()).filter(|&c| mesh.table.opposite(c).is_none());
+    let mut payload = Vec::new();
+    varint::write(boundary.count() as u64, &mut payload);
+    let mut coder = crate::entropy::RangeEncoder::default();
+    edgebreaker::encode(&mesh.table, &mesh.roots, &mut coder);
+    let connectivity = payload.len() + coder.len();
+    let walk = Walk::new(&mesh.table, &mesh.roots);
+    let known = |v: Vertex| mesh.positions[v.index()].map(|x| x >> precision);
+    code_positions(&mesh.table, &walk, &mut coder, |v, _| known(v))
+        .expect("lattice coordinates are numbers of at most 24 bits");
+    payload.extend(coder.finish());
+    Written { connectivity: connectivity.min(payload.len()), payload }
+}
+
+/// Reads a payload. Vertices are numbered in walk order.
+///
+/// # Errors
+/// [`ConnectivityError`] where the payload is damaged or not what was expected.
+pub fn decode(payload: &[u8], expected: Expected, budget: &mut Budget) -> Result<ProgressiveMesh, ConnectivityError> {
+    let mut bytes = payload;
+    let boundary = varint::read(&mut bytes)
+        .filter(|&n| n <= 3 * u64::from(expected.triangles))
+        .ok_or_else(|| ConnectivityError::Mesh("the number of boundary edges is out of range".into()))?;
+    let mut coder = RangeDecoder::new(bytes);
+    let connectivity = edgebreaker::decode(&mut coder, expected.triangles, boundary as u32, budget)?;
+    let vertices = connectivity.table.vertex_slots();
+    if vertices != expected.vertices as usize {
+        let what = format!("{vertices} vertices instead of {}", expected.vertices);
+        return Err(ConnectivityError::Mesh(what));
+    }
+    let walk = Walk::new(&connectivity.table, &connectivity.roots);
+    let mut mesh = renumbered(&connectivity.table, &connectivity.roots, &walk);
+    let max = (1i64 << (expected.bits - expected.precision.min(expected.bits))) - 1;
+    let cells = code_positions(&mesh.table, &walk, &mut coder, |_, _| [0; 3])?;
+    coder.finish()?;
+    for (place, cell) in mesh.positions.iter_mut().zip(cells) {
+        if cell.iter().any(|&x| !(0..=max).contains(&i64::from(x))) {
+            return Err(ConnectivityError::Mesh(format!("position {cell:?} is off the lattice")));
+        }
+        *place = cell.map(|x| from_cell(x, expected.precision));
+    }
+    Ok(mesh)
+}
+
+/// Codes the cells of all vertices in walk order: by parallelogram where the walk enters a triangle, else by the vertex before.
+fn code_positions<C: BitCoder>(
+    table: &CornerTable,
+    walk: &Walk,
+    coder: &mut C,
+    known: impl Fn(Vertex, usize) -> [i32; 3],
+) -> Result<Vec<[i32; 3]>, CodingError> {
+    let mut cells = vec![[0i32; 3]; table.vertex_slots()];
+    let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
+    let mut models = vec![NumberModel::default(); 34];
+    let mut last = [0i32; 3];
+    for &c in &walk.triangles {
+        for corner in [c.next(), c.prev(), c] {
+            let v = table.vertex(corner);
+            if seen.replace(v.index(), true) {
+                continue;
+            }
+            let across = table.opposite(c);
+            let entered = corner == c && across.is_some() && seen[table.vertex(across).index()];
+            let (prediction, context) = if entered {
+                let [n, p, w] = [c.next(), c.prev(), across].map(|c| cells[table.vertex(c).index()]);
+                let size = (0..3).map(|k| n[k].abs_diff(p[k])).max().unwrap_or(0);
+                let prediction = std::array::from_fn(|k| n[k].wrapping_add(p[k]).wrapping_sub(w[k]));
+                (prediction, 33 - size.leading_zeros() as usize)
+            } else {
+                (last, 0)
+            };
+            let truth = if C::ENCODES { known(v, v.index()) } else { [0; 3] };
+            let mut cell = [0; 3];
+            for k in 0..3 {
+                let residual = models[context].signed(coder, || truth[k].wrapping_sub(prediction[k]))?;
+                cell[k] = prediction[k].wrapping_add(residual);
+            }
+            cells[v.index()] = cell;
+            last = cell;
+            coder.check()?;
+        }
+    }
+    Ok(cells)
+}
+
+/// The same mesh with vertices numbered in walk order; their positions are still open.
+fn renumbered(table: &CornerTable, roots: &Roots, walk: &Walk) -> ProgressiveMesh {
+    let order = walk.vertices(table);
+    let mut name = vec![Vertex::NONE; table.vertex_slots()];
+    for (k, v) in order.iter().enumerate() {
+        name[v.index()] = Vertex(k as u32);
+    }
+    let renamed = |v: Vertex| name[v.index()];
+    let vertices = table.triangles().flat_map(|t| t.corners()).map(|c| renamed(table.vertex(c))).collect();
+    let opposites = table.triangles().flat_map(|t| t.corners()).map(|c| table.opposite(c)).collect();
+    let table = CornerTable::from_parts(order.len(), vertices, opposites);
+    let edges = roots.edges().iter().map(|&(u, w)| (renamed(u), renamed(w))).collect();
+    let roots = Roots::new(&table, edges);
+    ProgressiveMesh { positions: vec![[0; 3]; order.len()], table, roots }
+}

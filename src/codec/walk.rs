@@ -1,0 +1,64 @@
+//! The walk: the order of all triangles, edges and boundary edges of a mesh, by structure alone (spec §4).
+
+use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::refine::Roots;
+use bitvec::vec::BitVec;
+
+/// A mesh in walk order. Edges run from `v(next c)` to `v(prev c)` of their corner.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Walk {
+    /// One corner for each edge, opposite to it, in the triangle that was reached first.
+    pub edges: Vec<Corner>,
+    /// For each triangle the corner opposite to the edge it was entered by.
+    pub triangles: Vec<Corner>,
+}
+
+impl Walk {
+    /// Walks breadth first, component by component, from the root edges.
+    ///
+    /// The edge list is the queue: an edge is listed when the first of its triangles is visited, and taken up in that order;
+    /// behind it lies the next triangle, unless it has been visited.
+    pub fn new(table: &CornerTable, roots: &Roots) -> Self {
+        let triangles = table.triangle_count();
+        let mut walk =
+            Self { edges: Vec::with_capacity(triangles * 3 / 2 + 2), triangles: Vec::with_capacity(triangles) };
+        let mut visited: BitVec = BitVec::repeat(false, table.slots());
+        for root in roots.corners(table) {
+            let mut head = walk.edges.len();
+            visited.set(root.triangle().index(), true);
+            walk.triangles.push(root);
+            walk.edges.extend([root, root.next(), root.prev()]);
+            while let Some(&edge) = walk.edges.get(head) {
+                head += 1;
+                let entry = table.opposite(edge);
+                if entry.is_none() || visited[entry.triangle().index()] {
+                    continue;
+                }
+                visited.set(entry.triangle().index(), true);
+                walk.triangles.push(entry);
+                for c in [entry.next(), entry.prev()] {
+                    let beyond = table.opposite(c);
+                    if beyond.is_none() || !visited[beyond.triangle().index()] {
+                        walk.edges.push(c);
+                    }
+                }
+            }
+        }
+        walk
+    }
+
+    /// The vertices in the order in which the walk meets them: of each triangle next, prev, then the corner itself.
+    pub fn vertices(&self, table: &CornerTable) -> Vec<Vertex> {
+        let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
+        let mut vertices = Vec::new();
+        for &c in &self.triangles {
+            for c in [c.next(), c.prev(), c] {
+                let v = table.vertex(c);
+                if !seen.replace(v.index(), true) {
+                    vertices.push(v);
+                }
+            }
+        }
+        vertices
+    }
+}

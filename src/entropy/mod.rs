@@ -1,0 +1,43 @@
+//! Range coder, binary models, numbers. Knows no mesh; takes slices (spec §6).
+
+pub mod model;
+pub mod number;
+pub mod range;
+pub mod varint;
+
+pub use model::Bit;
+pub use number::NumberModel;
+pub use range::{RangeDecoder, RangeEncoder};
+
+/// One side of the range coder. The same code walks a payload for writing and for reading: where it writes, `known` gives the
+/// decision; where it reads, `known` is not called and the decision comes from the bytes. So the two sides cannot drift apart.
+pub trait BitCoder {
+    /// Whether this side writes.
+    const ENCODES: bool;
+
+    /// Codes a decision under an adaptive model.
+    fn bit(&mut self, model: &mut Bit, known: impl FnOnce() -> bool) -> bool;
+
+    /// Codes a decision at an even chance.
+    fn even(&mut self, known: impl FnOnce() -> bool) -> bool;
+
+    /// Whether the decisions read so far can have come from the bytes at hand.
+    ///
+    /// # Errors
+    /// [`CodingError::Truncated`] where far more was read than there is.
+    fn check(&self) -> Result<(), CodingError>;
+}
+
+/// A payload's code is longer or shorter than its content.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CodingError {
+    /// Bytes are left over.
+    #[error("bytes are left over at the end of the payload")]
+    Trailing,
+    /// Bytes are missing.
+    #[error("the payload is too short for its content")]
+    Truncated,
+    /// A number has more bits than any valid one.
+    #[error("a number in the payload is out of range")]
+    Number,
+}

@@ -1,0 +1,77 @@
+//! Adaptive models of binary decisions, in integers (spec §6.2).
+
+/// The probability that a decision is 0, in units of 2^-16, learning fast at first and slowly later.
+///
+/// Invariant: `zero` stays within 32 ..= 65504, so that neither side of a decision ever has an empty interval.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Bit {
+    zero: u16,
+    count: u8,
+}
+
+/// After this many decisions the rate of learning stays at 1 / (LIMIT + 1.5), near enough.
+const LIMIT: u8 = 60;
+
+/// 65536 / (n + 1.5), rounded to nearest: the weight of a decision after n others.
+const RATES: [u16; LIMIT as usize + 1] = {
+    let mut rates = [0; LIMIT as usize + 1];
+    let mut n = 0;
+    while n <= LIMIT as usize {
+        let twice = 2 * n as u32 + 3;
+        rates[n] = ((2 * 65536 + twice / 2) / twice) as u16;
+        n += 1;
+    }
+    rates
+};
+
+impl Bit {
+    /// An even chance.
+    pub const NEW: Self = Self { zero: 1 << 15, count: 0 };
+
+    /// Probability of 0 in units of 2^-16, 32 ..= 65504.
+    #[inline]
+    pub const fn zero(self) -> u32 {
+        self.zero as u32
+    }
+
+    /// Learns a decision.
+    #[inline]
+    pub fn learn(&mut self, bit: bool) {
+        let rate = i32::from(RATES[self.count as usize]);
+        let target = if bit { 32 } else { 65504 };
+        let zero = i32::from(self.zero);
+        self.zero = (zero + (((target - zero) * (rate >> 1)) >> 15)) as u16;
+        self.count += u8::from(self.count < LIMIT);
+    }
+}
+
+impl Default for Bit {
+    fn default() -> Self {
+        Self::NEW
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_bounds_hold_whatever_is_learnt() {
+        for bits in [[true; 4], [false; 4], [true, false, false, false], [false, true, true, true]] {
+            let mut model = Bit::NEW;
+            for k in 0..10_000 {
+                model.learn(bits[k % 4]);
+                assert!((32..=65504).contains(&model.zero()), "{model:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_fair_share_is_learnt() {
+        let mut model = Bit::NEW;
+        for k in 0..4000 {
+            model.learn(k % 4 == 0);
+        }
+        assert!((model.zero() as i32 - 49152).abs() < 2500, "{model:?}");
+    }
+}

@@ -1,0 +1,239 @@
+//! Binary range coder: 32-bit range, carry by a pending byte as in LZMA (Martin 1979; spec §6.1).
+
+use super::model::Bit;
+use super::{BitCoder, CodingError};
+
+const TOP: u32 = 1 << 24;
+
+/// Writes decisions to bytes.
+#[derive(Debug)]
+pub struct RangeEncoder {
+    low: u64,
+    range: u32,
+    /// The last byte written but for a carry, and how many 0xFF follow it.
+    pending: Option<u8>,
+    full: usize,
+    bytes: Vec<u8>,
+}
+
+impl Default for RangeEncoder {
+    fn default() -> Self {
+        Self { low: 0, range: u32::MAX, pending: None, full: 0, bytes: Vec::new() }
+    }
+}
+
+impl RangeEncoder {
+    /// Bytes written so far, those still to be settled included.
+    pub fn len(&self) -> usize {
+        self.bytes.len() + self.full + 5
+    }
+
+    /// Ends the code and returns its bytes, without the zeros at the end (32 at most), which a decoder supplies itself.
+    pub fn finish(mut self) -> Vec<u8> {
+        // The number in [low, low + range) with the most zero bits at its end.
+        let last = self.low + u64::from(self.range) - 1;
+        let mut value = last;
+        for zeros in (0..=32).rev() {
+            let candidate = last >> zeros << zeros;
+            if candidate >= self.low {
+                value = candidate;
+                break;
+            }
+        }
+        self.low = value;
+        for _ in 0..5 {
+            self.shift();
+        }
+        let zeros = self.bytes.iter().rev().take_while(|&&byte| byte == 0).count();
+        self.bytes.truncate(self.bytes.len() - zeros.min(MAX_ZEROS));
+        self.bytes
+    }
+
+    fn shift(&mut self) {
+        if self.low < 0xFF00_0000 || self.low > 0xFFFF_FFFF {
+            let carry = (self.low >> 32) as u8;
+            if let Some(byte) = self.pending {
+                self.bytes.push(byte.wrapping_add(carry));
+            }
+            self.bytes.resize(self.bytes.len() + self.full, 0xFF_u8.wrapping_add(carry));
+            self.full = 0;
+            self.pending = Some((self.low >> 24) as u8);
+        } else {
+            self.full += 1;
+        }
+        self.low = (self.low & 0x00FF_FFFF) << 8;
+    }
+
+    #[inline]
+    fn encode(&mut self, zero: u32, bit: bool) {
+        let bound = (self.range >> 16) * zero;
+        if bit {
+            self.low += u64::from(bound);
+            self.range -= bound;
+        } else {
+            self.range = bound;
+        }
+        while self.range < TOP {
+            self.range <<= 8;
+            self.shift();
+        }
+    }
+}
+
+impl BitCoder for RangeEncoder {
+    const ENCODES: bool = true;
+
+    #[inline]
+    fn bit(&mut self, model: &mut Bit, known: impl FnOnce() -> bool) -> bool {
+        let bit = known();
+        self.encode(model.zero(), bit);
+        model.learn(bit);
+        bit
+    }
+
+    #[inline]
+    fn even(&mut self, known: impl FnOnce() -> bool) -> bool {
+        let bit = known();
+        self.encode(1 << 15, bit);
+        bit
+    }
+
+    fn check(&self) -> Result<(), CodingError> {
+        Ok(())
+    }
+}
+
+/// Reads decisions from bytes; past their end it reads zeros.
+#[derive(Debug)]
+pub struct RangeDecoder<'a> {
+    bytes: &'a [u8],
+    /// Bytes asked for, those past the end included.
+    position: usize,
+    range: u32,
+    code: u32,
+}
+
+impl<'a> RangeDecoder<'a> {
+    /// Starts at the first byte.
+    pub fn new(bytes: &'a [u8]) -> Self {
+        let mut decoder = Self { bytes, position: 0, range: u32::MAX, code: 0 };
+        for _ in 0..4 {
+            decoder.code = decoder.code << 8 | decoder.byte();
+        }
+        decoder
+    }
+
+    /// Ends the code.
+    ///
+    /// # Errors
+    /// [`CodingError`] where bytes are left over, or were missing.
+    pub fn finish(self) -> Result<(), CodingError> {
+        if self.position < self.bytes.len() {
+            return Err(CodingError::Trailing);
+        }
+        self.check()
+    }
+
+    #[inline]
+    fn byte(&mut self) -> u32 {
+        let byte = self.bytes.get(self.position).copied().unwrap_or(0);
+        self.position += 1;
+        u32::from(byte)
+    }
+
+    #[inline]
+    fn decode(&mut self, zero: u32) -> bool {
+        let bound = (self.range >> 16) * zero;
+        let bit = self.code >= bound;
+        if bit {
+            self.code -= bound;
+            self.range -= bound;
+        } else {
+            self.range = bound;
+        }
+        while self.range < TOP {
+            self.range <<= 8;
+            self.code = self.code << 8 | self.byte();
+        }
+        bit
+    }
+}
+
+impl BitCoder for RangeDecoder<'_> {
+    const ENCODES: bool = false;
+
+    #[inline]
+    fn bit(&mut self, model: &mut Bit, _known: impl FnOnce() -> bool) -> bool {
+        let bit = self.decode(model.zero());
+        model.learn(bit);
+        bit
+    }
+
+    #[inline]
+    fn even(&mut self, _known: impl FnOnce() -> bool) -> bool {
+        self.decode(1 << 15)
+    }
+
+    fn check(&self) -> Result<(), CodingError> {
+        if self.position > self.bytes.len() + MAX_ZEROS { Err(CodingError::Truncated) } else { Ok(()) }
+    }
+}
+
+/// Most zero bytes that an encoder leaves out at the end of a code. A decoder that has asked for more bytes past the end than
+/// this reads a code that is too short: encoder and decoder move the same number of bytes (spec §6.1).
+const MAX_ZEROS: usize = 32;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn round_trip(bits: &[(usize, bool)]) -> Vec<u8> {
+        let mut models = [Bit::NEW; 4];
+        let mut encoder = RangeEncoder::default();
+        for &(m, bit) in bits {
+            if m == 4 { encoder.even(|| bit) } else { encoder.bit(&mut models[m], || bit) };
+        }
+        let bytes = encoder.finish();
+        let mut models = [Bit::NEW; 4];
+        let mut decoder = RangeDecoder::new(&bytes);
+        for (k, &(m, bit)) in bits.iter().enumerate() {
+            let unknown = || unreachable!();
+            let decoded = if m == 4 { decoder.even(unknown) } else { decoder.bit(&mut models[m], unknown) };
+            assert_eq!(decoded, bit, "decision {k}");
+        }
+        decoder.finish().unwrap();
+        bytes
+    }
+
+    proptest! {
+        #[test]
+        fn decisions_come_back(bits in prop::collection::vec((0..5usize, any::<bool>()), 0..2000)) {
+            round_trip(&bits);
+        }
+
+        #[test]
+        fn skewed_decisions_come_back(ones in prop::collection::vec(0..3000usize, 0..4)) {
+            let bits: Vec<_> = (0..3000).map(|k| (0, ones.contains(&k))).collect();
+            let bytes = round_trip(&bits);
+            prop_assert!(bytes.len() < 40);
+        }
+    }
+
+    #[test]
+    fn a_long_run_of_pending_bytes_carries() {
+        // Ones at an even chance push low towards 0xFFFF…; a zero at the end settles them, a one carries.
+        for last in [false, true] {
+            let mut bits = vec![(4, true); 300];
+            bits.extend([(4, last), (4, true), (4, last)]);
+            round_trip(&bits);
+        }
+    }
+
+    #[test]
+    fn left_over_bytes_are_refused() {
+        let mut bytes = round_trip(&[(4, true), (4, false), (4, true)]);
+        bytes.extend([0, 0, 0, 0, 1]);
+        assert_eq!(RangeDecoder::new(&bytes).finish(), Err(CodingError::Trailing));
+    }
+}

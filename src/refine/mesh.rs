@@ -1,0 +1,34 @@
+//! The mesh as refinement sees it: connectivity, lattice positions, root edges (spec §2).
+
+use super::Roots;
+use crate::mesh::{CornerTable, Vertex};
+
+/// A level, or any state between two levels. Vertices are numbered by birth where a decoder builds it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct ProgressiveMesh {
+    /// Connectivity.
+    pub table: CornerTable,
+    /// Lattice coordinates of each vertex, at full scale: at precision s the middle of a cell of side 2^s (spec §5.6).
+    pub positions: Vec<[i32; 3]>,
+    /// Where walks start.
+    pub roots: Roots,
+}
+
+impl ProgressiveMesh {
+    /// Sets the position of a vertex, the next one or one that has its place.
+    pub fn set_position(&mut self, v: Vertex, position: [i32; 3]) {
+        if v.index() >= self.positions.len() {
+            self.positions.resize(v.index() + 1, [0; 3]);
+        }
+        self.positions[v.index()] = position;
+    }
+
+    /// Bytes a vertex and its two triangles take here: 2 × 3 × (V + O), the corner, the component, the position.
+    pub const BYTES_A_VERTEX: usize = 2 * 3 * 8 + 4 + 4 + 12;
+}
+
+/// The full-scale coordinate of the middle of cell `x` of side 2^`s`.
+#[inline]
+pub fn from_cell(x: i32, s: u32) -> i32 {
+    (x << s) + ((1 << s) >> 1)
+}

@@ -1,0 +1,92 @@
+//! The root edge of each component, where every walk starts (spec §4.1).
+
+use crate::mesh::{Corner, CornerTable, Vertex};
+
+/// One directed edge u→w with a triangle on its left for each component, in the order the base fixed.
+///
+/// Depends on structure alone: never on how vertices, triangles or corners are stored.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Roots {
+    edges: Vec<(Vertex, Vertex)>,
+    /// The component of each vertex; `u32::MAX` for unused ones.
+    component: Vec<u32>,
+}
+
+impl Roots {
+    /// Starts from root edges; the component of every vertex is found through the table.
+    pub fn new(table: &CornerTable, edges: Vec<(Vertex, Vertex)>) -> Self {
+        let mut component = vec![u32::MAX; table.vertex_slots()];
+        for (number, &(u, _)) in edges.iter().enumerate() {
+            flood(table, &mut component, u, number as u32);
+        }
+        Self { edges, component }
+    }
+
+    /// A root edge for each component of a table: that of its first triangle, components in the order of their first triangles.
+    pub fn choose(table: &CornerTable) -> Self {
+        let mut component = vec![u32::MAX; table.vertex_slots()];
+        let mut edges = Vec::new();
+        for t in table.triangles() {
+            let [u, w, _] = table.triangle(t);
+            if component[u.index()] != u32::MAX {
+                continue;
+            }
+            flood(table, &mut component, u, edges.len() as u32);
+            edges.push((u, w));
+        }
+        Self { edges, component }
+    }
+
+    /// The root edges, a component each.
+    pub fn edges(&self) -> &[(Vertex, Vertex)] {
+        &self.edges
+    }
+
+    /// For each component the corner opposite to its root edge, in the triangle on the left of it.
+    pub fn corners<'a>(&'a self, table: &'a CornerTable) -> impl Iterator<Item = Corner> + 'a {
+        self.edges.iter().map(|&(u, w)| table.find_directed_edge(u, w))
+    }
+
+    /// Enters `v`, inserted next to `neighbour`, and tells whether one of the `destroyed` edges was the root edge.
+    /// Call it once after the last flip of an operation: the root edge then becomes u→v, or v→u where u→v has no triangle on its left.
+    pub fn insert(
+        &mut self,
+        table: &CornerTable,
+        v: Vertex,
+        neighbour: Vertex,
+        destroyed: impl IntoIterator<Item = (Vertex, Vertex)>,
+    ) {
+        if v.index() >= self.component.len() {
+            self.component.resize(v.index() + 1, u32::MAX);
+        }
+        let number = self.component[neighbour.index()];
+        self.component[v.index()] = number;
+        let Some(&(u, w)) = self.edges.get(number as usize) else { return };
+        if destroyed.into_iter().any(|(p, q)| (p, q) == (u, w) || (q, p) == (u, w)) {
+            let uv = table.find_directed_edge(u, v);
+            self.edges[number as usize] = if uv.is_some() { (u, v) } else { (v, u) };
+        }
+    }
+
+    /// Puts root edges back, as they were before some operations were undone, and forgets vertices from `vertices` on.
+    pub fn restore(&mut self, edges: Vec<(Vertex, Vertex)>, vertices: usize) {
+        self.edges = edges;
+        self.component.truncate(vertices);
+    }
+}
+
+/// Marks all vertices of the component of `u`.
+fn flood(table: &CornerTable, component: &mut [u32], u: Vertex, number: u32) {
+    component[u.index()] = number;
+    let mut queue = vec![u];
+    while let Some(v) = queue.pop() {
+        for c in table.fan(v) {
+            for w in [table.vertex(c.next()), table.vertex(c.prev())] {
+                if component[w.index()] == u32::MAX {
+                    component[w.index()] = number;
+                    queue.push(w);
+                }
+            }
+        }
+    }
+}

@@ -6,5 +6,7 @@ pub mod error;
 pub mod limits;
 pub mod mesh;
 pub mod refine;
+#[cfg(feature = "encode")]
+pub mod simplify;
 
 pub use error::{Error, Result};

@@ -58,7 +58,13 @@ impl Default for Models {
 }
 
 impl Models {
-    fn symbol<C: BitCoder>(&mut self, coder: &mut C, count: u8, last: Symbol, known: Option<Symbol>) -> Symbol {
+    fn symbol<C: BitCoder>(
+        &mut self,
+        coder: &mut C,
+        count: u8,
+        last: Symbol,
+        known: Option<Symbol>,
+    ) -> Symbol {
         let bits = &mut self.symbols[(count as usize).min(COUNTS - 1) * 5 + last as usize];
         for (bit, symbol) in bits.iter_mut().zip([Symbol::C, Symbol::R, Symbol::L, Symbol::S]) {
             if coder.bit(bit, || known == Some(symbol)) {

@@ -33,7 +33,8 @@ pub struct Written {
 /// Writes a level as a payload.
 #[cfg(feature = "encode")]
 pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
-    let boundary = mesh.table.triangles().flat_map(|t| t.corners()).filter(|&c| mesh.table.opposite(c).is_none());
+    let boundary =
+        mesh.table.triangles().flat_map(|t| t.corners()).filter(|&c| mesh.table.opposite(c).is_none());
     let mut payload = Vec::new();
     varint::write(boundary.count() as u64, &mut payload);
     let mut coder = crate::entropy::RangeEncoder::default();
@@ -51,7 +52,11 @@ pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
 ///
 /// # Errors
 /// [`ConnectivityError`] where the payload is damaged or not what was expected.
-pub fn decode(payload: &[u8], expected: Expected, budget: &mut Budget) -> Result<ProgressiveMesh, ConnectivityError> {
+pub fn decode(
+    payload: &[u8],
+    expected: Expected,
+    budget: &mut Budget,
+) -> Result<ProgressiveMesh, ConnectivityError> {
     let mut bytes = payload;
     let boundary = varint::read(&mut bytes)
         .filter(|&n| n <= 3 * u64::from(expected.triangles))

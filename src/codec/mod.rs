@@ -1,5 +1,13 @@
 //! History <-> opaque payloads: walk, keyframes, refinements, residue (spec §4 to §8).
 
+#[cfg(feature = "encode")]
+pub mod answers;
+mod context;
 pub mod edgebreaker;
 pub mod keyframe;
+pub mod precision;
+pub mod refinement;
 pub mod walk;
+
+#[cfg(all(test, feature = "encode"))]
+mod tests;

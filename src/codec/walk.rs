@@ -20,8 +20,10 @@ impl Walk {
     /// behind it lies the next triangle, unless it has been visited.
     pub fn new(table: &CornerTable, roots: &Roots) -> Self {
         let triangles = table.triangle_count();
-        let mut walk =
-            Self { edges: Vec::with_capacity(triangles * 3 / 2 + 2), triangles: Vec::with_capacity(triangles) };
+        let mut walk = Self {
+            edges: Vec::with_capacity(triangles * 3 / 2 + 2),
+            triangles: Vec::with_capacity(triangles),
+        };
         let mut visited: BitVec = BitVec::repeat(false, table.slots());
         for root in roots.corners(table) {
             let mut head = walk.edges.len();

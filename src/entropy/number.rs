@@ -27,7 +27,11 @@ impl NumberModel {
     /// # Errors
     /// [`CodingError::Number`] where the length read is more than 32 bits.
     #[inline]
-    pub fn unsigned<C: BitCoder>(&mut self, coder: &mut C, known: impl FnOnce() -> u32) -> Result<u32, CodingError> {
+    pub fn unsigned<C: BitCoder>(
+        &mut self,
+        coder: &mut C,
+        known: impl FnOnce() -> u32,
+    ) -> Result<u32, CodingError> {
         let n = if C::ENCODES { known() } else { 0 };
         let target = 32 - n.leading_zeros();
         let mut length = 0;
@@ -61,7 +65,11 @@ impl NumberModel {
     /// # Errors
     /// [`CodingError::Number`] where the magnitude is 2^31 or more.
     #[inline]
-    pub fn signed<C: BitCoder>(&mut self, coder: &mut C, known: impl Fn() -> i32) -> Result<i32, CodingError> {
+    pub fn signed<C: BitCoder>(
+        &mut self,
+        coder: &mut C,
+        known: impl Fn() -> i32,
+    ) -> Result<i32, CodingError> {
         let magnitude = self.unsigned(coder, || known().unsigned_abs())?;
         if magnitude > i32::MAX as u32 {
             return Err(CodingError::Number);

@@ -192,7 +192,11 @@ mod tests {
         let mut models = [Bit::NEW; 4];
         let mut encoder = RangeEncoder::default();
         for &(m, bit) in bits {
-            if m == 4 { encoder.even(|| bit) } else { encoder.bit(&mut models[m], || bit) };
+            if m == 4 {
+                encoder.even(|| bit)
+            } else {
+                encoder.bit(&mut models[m], || bit)
+            };
         }
         let bytes = encoder.finish();
         let mut models = [Bit::NEW; 4];

@@ -273,6 +273,21 @@ impl CornerTable {
         }
     }
 
+    /// The same mesh without the places of removed triangles; vertices keep their numbers.
+    pub fn compacted(&self) -> Self {
+        let mut place = vec![Corner::NONE; self.slots()];
+        for (k, t) in self.triangles().enumerate() {
+            place[t.index()] = Corner(3 * k as u32);
+        }
+        let moved = |c: Corner| {
+            if c.is_none() { Corner::NONE } else { Corner(place[c.triangle().index()].0 + c.0 % 3) }
+        };
+        let corners = || self.triangles().flat_map(|t| t.corners());
+        let vertices = corners().map(|c| self.vertex(c)).collect();
+        let opposites = corners().map(|c| moved(self.opposite(c))).collect();
+        Self::from_parts(self.corners.len(), vertices, opposites)
+    }
+
     /// Makes room for vertex `v` in the corner array.
     pub(crate) fn reserve_vertex(&mut self, v: Vertex) {
         if v.index() >= self.corners.len() {

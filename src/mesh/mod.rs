@@ -1,6 +1,8 @@
 //! Ground: typed indices, the corner table, the lattice, conditioning, distances. Knows no codec.
 
 pub mod corner_table;
+#[cfg(feature = "encode")]
+pub mod distance;
 pub mod index;
 pub mod indexed;
 pub mod lattice;

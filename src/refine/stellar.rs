@@ -81,7 +81,7 @@ fn split_side(table: &mut CornerTable, k: Corner, v: Vertex) -> [Corner; 3] {
 pub fn weld_edge(table: &mut CornerTable, k: Corner) {
     let v = table.vertex(k.prev());
     let right = table.opposite(k);
-    let far = table.opposite(k.next()).prev();
+    let far = table.opposite(k.next()).next();
     // `far` is c's corner in (c, v, b), `o` is d's in (d, b, v), `right` is d's in (d, v, a).
     let o = table.opposite(far);
     let b = table.vertex(far.prev());

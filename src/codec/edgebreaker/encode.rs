@@ -97,9 +97,8 @@ impl Traversal {
             }
             let mut handle = None;
             if symbol == Symbol::S {
-                let known = handles
-                    .next_if(|h| h.0 == number as u32)
-                    .map(|&(split, by, left)| (by - split, left));
+                let known =
+                    handles.next_if(|h| h.0 == number as u32).map(|&(split, by, left)| (by - split, left));
                 handle = models.handle(coder, known).expect("a distance between triangles is a number");
             }
             reader.add(symbol, handle).expect("the traversal of a closed manifold can be built again");

@@ -1,0 +1,3 @@
+//! Entropy coding: knows no mesh, takes slices.
+
+pub mod varint;

@@ -101,7 +101,7 @@ fn check_contents(contents: &Contents) {
 }
 
 /// Makes the checksums of header and table right, where there is room for them.
-fn mend(bytes: &mut [u8]) {
+pub(crate) fn mend(bytes: &mut [u8]) {
     let Some((header, rest)) = bytes.split_at_mut_checked(Header::SIZE) else { return };
     let (body, checksum) = header.split_at_mut(Header::SIZE - 4);
     checksum.copy_from_slice(&crc32c::crc32c(body).to_le_bytes());

@@ -116,7 +116,8 @@ impl Header {
         Ok(header)
     }
 
-    /// The bytes of the header, its checksum included.
+    /// The bytes of the header, its checksum included; a value that its field cannot hold becomes one that is
+    /// refused on reading.
     #[cfg(any(test, feature = "encode"))]
     pub(super) fn to_bytes(self) -> Vec<u8> {
         let mut out = MAGIC.to_vec();
@@ -125,12 +126,12 @@ impl Header {
         for count in [self.vertices, self.triangles, self.base_vertices, self.base_triangles] {
             out.extend(count.to_le_bytes());
         }
-        out.extend((self.level_count as u16).to_le_bytes());
+        out.extend(u16::try_from(self.level_count).unwrap_or(u16::MAX).to_le_bytes());
         out.extend(0u16.to_le_bytes());
         for x in self.lattice.origin.into_iter().chain([self.lattice.step]) {
             out.extend(x.to_le_bytes());
         }
-        out.extend([self.lattice.bits as u8, 0, 0, 0]);
+        out.extend([u8::try_from(self.lattice.bits).unwrap_or(u8::MAX), 0, 0, 0]);
         for count in self.maximum.into_iter().chain([self.table_bytes]) {
             out.extend(count.to_le_bytes());
         }
@@ -191,3 +192,109 @@ fn limit(value: u32, allowed: u32, at: u64, name: &str) -> Result<(), FormatErro
 const MAGIC: [u8; 8] = *b"\x89UWM\r\n\x1A\n";
 /// The format version that this module reads and writes.
 const VERSION: u16 = 1;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::container::testing::{GOLDEN_HEADER, golden_header};
+    use crate::fuzzing::mend;
+
+    #[test]
+    fn golden_bytes() {
+        assert_eq!(Header::read(&GOLDEN_HEADER).unwrap(), golden_header());
+        assert_eq!(golden_header().to_bytes(), GOLDEN_HEADER);
+        assert_eq!(golden_header().far_corner(), [126.5, 0.0, 10.0]);
+    }
+
+    /// What is told of the golden header with `bytes` written at `at`, its checksum mended.
+    fn fault(at: usize, bytes: &[u8]) -> (u64, &'static str, String) {
+        let mut header = GOLDEN_HEADER;
+        header[at..at + bytes.len()].copy_from_slice(bytes);
+        mend(&mut header);
+        let fault = Header::read(&header).expect_err("a rule is broken");
+        (fault.offset, fault.section, fault.what)
+    }
+
+    #[test]
+    fn each_rule_is_checked() {
+        let rules: [(usize, &[u8], u64, &str, &str); 29] = [
+            (0, b"P", 0, "3.2", "not a .uwm file"),
+            (4, b"\n", 0, "3.2", "not a .uwm file any more: it was transferred as text"),
+            (8, &[2, 0], 8, "3.2", "written by format version 2; this decoder reads version 1"),
+            (8, &[0, 0], 8, "3.2", "written by format version 0; this decoder reads version 1"),
+            (10, &[0, 1], 10, "3.2", "unknown flags 0x0100"),
+            (
+                12,
+                &[1, 0, 0, 64],
+                12,
+                "3.6",
+                "a count of vertices or triangles is 1073741825, allowed 1073741824",
+            ),
+            (
+                24,
+                &[1, 0, 0, 64],
+                24,
+                "3.6",
+                "a count of vertices or triangles is 1073741825, allowed 1073741824",
+            ),
+            (12, &[3], 20, "3.2", "the base is larger than level 0"),
+            (16, &[3], 20, "3.2", "the base is larger than level 0"),
+            (12, &[4], 12, "3.6", "0 operations cannot add 2 triangles"),
+            (16, &[7], 12, "3.6", "1 operations cannot add 3 triangles"),
+            (16, &[4], 12, "3.6", "1 operations cannot add 0 triangles"),
+            (24, &[1], 20, "3.6", "the base has more vertices than corners"),
+            (24, &[5], 24, "3.6", "the base has more triangles than its vertices can span"),
+            (28, &[0], 28, "3.2", "a file without levels"),
+            (28, &[1, 16], 28, "3.6", "the number of levels is 4097, allowed 4096"),
+            (28, &[1], 28, "3.2", "1 operations cannot make 1 levels"),
+            (28, &[3], 28, "3.2", "1 operations cannot make 3 levels"),
+            (31, &[1], 30, "3.2", "reserved bytes are not zero"),
+            (46, &[0xF0, 0x7F], 40, "3.2", "the origin is not finite"),
+            (62, &[0xF8, 0x7F], 56, "3.2", "the lattice step is not finite"),
+            (63, &[0xBF], 56, "3.2", "the lattice step is negative"),
+            (64, &[7], 64, "3.2", "a lattice of 7 bits; allowed 8 to 24"),
+            (64, &[25], 64, "3.2", "a lattice of 25 bits; allowed 8 to 24"),
+            (67, &[1], 65, "3.2", "reserved bytes are not zero"),
+            (69, &[1], 68, "3.2", "the bounding box leaves the lattice"),
+            (79, &[1], 68, "3.2", "the bounding box leaves the lattice"),
+            (62, &[0xE0, 0x7F], 68, "3.2", "the bounding box is not finite"),
+            (
+                80,
+                &[1, 0, 0, 4],
+                80,
+                "3.6",
+                "the length of the table of contents is 67108865, allowed 67108864",
+            ),
+        ];
+        for (at, bytes, offset, section, what) in rules {
+            assert_eq!(fault(at, bytes), (offset, section, what.to_owned()), "{bytes:?} at {at}");
+        }
+        assert_eq!(fault(12, &[0; 16]).2, "0 operations cannot make 2 levels");
+    }
+
+    #[test]
+    fn the_checksum_covers_every_byte() {
+        for at in 10..Header::SIZE {
+            let mut header = GOLDEN_HEADER;
+            header[at] ^= 0x10;
+            let fault = Header::read(&header).unwrap_err();
+            assert_eq!((fault.offset, fault.section), (0, "3.4"), "byte {at}");
+        }
+    }
+
+    #[test]
+    fn an_empty_mesh_has_a_header() {
+        let lattice = Lattice { origin: [0.0; 3], step: 0.0, bits: 8 };
+        let empty = Header {
+            vertices: 0,
+            triangles: 0,
+            base_vertices: 0,
+            base_triangles: 0,
+            level_count: 1,
+            lattice,
+            maximum: [0; 3],
+            table_bytes: 40,
+        };
+        assert_eq!(Header::read(empty.to_bytes().as_slice().try_into().unwrap()), Ok(empty));
+    }
+}

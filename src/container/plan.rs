@@ -148,7 +148,7 @@ mod tests {
         let level_0 = plan(&contents, Want::Level(0));
         assert_eq!(level_0.end(), contents.bytes(contents.steps(0)).end);
         assert_eq!(plan(&contents, Want::PrefixBytes(level_0.end())), level_0);
-        assert_eq!(reached(Want::PrefixBytes(level_0.end() - 1)), (1, true, 12));
+        assert_eq!(reached(Want::PrefixBytes(level_0.end() - 1)), (0, false, 12), "precision fits");
     }
 
     #[test]

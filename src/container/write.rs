@@ -60,6 +60,11 @@ impl FileBuilder {
     /// [`Error::Parameter`] where the parts do not make a file that follows spec §3; nothing is written then.
     /// [`Error::Io`] where `out` fails.
     pub fn write(mut self, out: &mut impl Write) -> Result<Arc<Contents>> {
+        if let Some(piece) =
+            self.pieces.iter().find(|p| AtomKind::from_byte(p.kind.to_byte()) != Some(p.kind))
+        {
+            return Err(Error::Parameter(format!("{:?} is not an optional kind of atom", piece.kind)));
+        }
         let level_count = u32::try_from(self.levels.len()).unwrap_or(u32::MAX);
         let last = (5, 0, 0);
         self.pieces.sort_by_key(|piece| piece.kind.rank(piece.level, level_count).unwrap_or(last));

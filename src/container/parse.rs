@@ -40,14 +40,6 @@ pub struct Parser {
     trailing: u64,
 }
 
-#[derive(Debug, Default)]
-enum Stage {
-    #[default]
-    Header,
-    Table(Header),
-    Atoms(Arc<Contents>, Range<usize>),
-}
-
 impl Parser {
     /// A parser of a whole file, from its first byte.
     pub fn new() -> Self {
@@ -61,7 +53,7 @@ impl Parser {
     }
 
     /// Takes bytes off the front of `input` and tells what they complete. Call it until it answers
-    /// [`Parsed::NeedMore`] or [`Parsed::End`]: then, and only then, all of `input` is used up.
+    /// [`Parsed::NeedMore`] or [`Parsed::End`]: then all of `input` is used up.
     ///
     /// # Errors
     /// [`FormatError`] where a rule of spec §3 is broken; from then on always the same one.
@@ -200,6 +192,15 @@ pub fn parse_contents(mut bytes: &[u8]) -> Result<Option<Arc<Contents>>, FormatE
         Parsed::Contents(contents) => Ok(Some(contents)),
         _ => Ok(None),
     }
+}
+
+/// What comes next; of atoms, those still to come.
+#[derive(Debug, Default)]
+enum Stage {
+    #[default]
+    Header,
+    Table(Header),
+    Atoms(Arc<Contents>, Range<usize>),
 }
 
 enum Told {

@@ -1,8 +1,11 @@
 //! unweld: a progressive-mesh encoding and streaming format.
 
 pub mod codec;
+pub mod container;
 pub mod entropy;
 pub mod error;
+#[doc(hidden)]
+pub mod fuzzing;
 pub mod limits;
 pub mod mesh;
 pub mod refine;

@@ -1,0 +1,212 @@
+//! What a file holds: its levels and its atoms (spec §3.3).
+
+use std::ops::Range;
+
+use super::header::Header;
+use crate::error::FormatError;
+
+/// One level of detail; numbers run from the base down to 0, the finest.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Level {
+    /// Vertices of the whole mesh at this level.
+    pub vertices: u32,
+    /// Triangles of the whole mesh at this level.
+    pub triangles: u32,
+    /// How many low bits of every coordinate this level lacks; at most 24, 0 at level 0.
+    pub precision: u32,
+    /// Largest distance from the input's surface, in the units of the input; finite.
+    pub max_error: f64,
+    /// Root mean square distance from the input's surface, in the units of the input; finite.
+    pub rms_error: f32,
+}
+
+/// What an atom holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum AtomKind {
+    /// A part of the base.
+    Base,
+    /// Lower bits for the vertices of the level above.
+    Precision,
+    /// Operations.
+    Refinement,
+    /// What no manifold can hold.
+    Residue,
+    /// A part of the [`Metadata`](super::Metadata).
+    Metadata,
+    /// A part of a keyframe.
+    Keyframe,
+    /// Something this version does not know and may skip; 128 or above.
+    Optional(u8),
+}
+
+impl AtomKind {
+    /// The kind for its byte in the table; `None` where it is unknown and may not be skipped.
+    pub fn from_byte(byte: u8) -> Option<Self> {
+        Some(match byte {
+            0 => Self::Base,
+            1 => Self::Precision,
+            2 => Self::Refinement,
+            3 => Self::Residue,
+            4 => Self::Metadata,
+            5 => Self::Keyframe,
+            128.. => Self::Optional(byte),
+            _ => return None,
+        })
+    }
+
+    /// Its byte in the table.
+    pub fn to_byte(self) -> u8 {
+        match self {
+            Self::Base => 0,
+            Self::Precision => 1,
+            Self::Refinement => 2,
+            Self::Residue => 3,
+            Self::Metadata => 4,
+            Self::Keyframe => 5,
+            Self::Optional(byte) => byte,
+        }
+    }
+
+    /// Place in the order of atoms of an atom of this kind at `level`, below `level_count`; `None` where it
+    /// may stand anywhere.
+    pub(super) fn rank(self, level: u32, level_count: u32) -> Option<(u8, u32, u8)> {
+        let depth = level_count.saturating_sub(level);
+        Some(match self {
+            Self::Base => (0, 0, 0),
+            Self::Precision => (1, depth, 0),
+            Self::Refinement => (1, depth, 1),
+            Self::Residue => (2, 0, 0),
+            Self::Metadata => (3, 0, 0),
+            Self::Keyframe => (4, depth, 0),
+            Self::Optional(_) => return None,
+        })
+    }
+}
+
+/// The smallest run of bytes that is decoded once its last byte is there.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Atom {
+    /// What it holds.
+    pub kind: AtomKind,
+    /// The level it belongs to or leads to; 0 for residue and metadata, without meaning for
+    /// [`AtomKind::Optional`].
+    pub level: u32,
+    /// Where it starts, in bytes from the start of the file.
+    pub offset: u64,
+    /// Its bytes, 1 to [`MAX_ATOM_BYTES`](crate::limits::MAX_ATOM_BYTES).
+    pub length: u32,
+    /// Operations of a refinement atom, vertex steps of a precision atom, at least 1 in both.
+    pub items: u32,
+    /// Triangles that the operations of a refinement atom add.
+    pub triangles: u32,
+    /// CRC-32C of its bytes.
+    pub crc: u32,
+    /// Vertices of the mesh once it and all atoms before it are decoded; for a keyframe, those of its level.
+    pub vertices_after: u32,
+    /// Triangles of the mesh once it and all atoms before it are decoded; for a keyframe, those of its level.
+    pub triangles_after: u32,
+    /// Whether it is the last of its kind at its level, so that its payload or pass ends with it.
+    pub last: bool,
+}
+
+impl Atom {
+    /// Where it ends, in bytes from the start of the file.
+    pub fn end(&self) -> u64 {
+        self.offset + u64::from(self.length)
+    }
+}
+
+/// Header and table of contents of a file, checked against every rule of spec §3.
+///
+/// Ranges of atoms may enclose [`AtomKind::Optional`] ones, which belong to no level.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Contents {
+    /// The header.
+    pub header: Header,
+    /// The levels, by number.
+    pub levels: Vec<Level>,
+    /// The atoms, in the order of the file.
+    pub atoms: Vec<Atom>,
+    pub(super) steps: Vec<Range<usize>>,
+    pub(super) keyframes: Vec<Range<usize>>,
+    pub(super) residue: Range<usize>,
+    pub(super) metadata: Range<usize>,
+}
+
+impl Contents {
+    /// The level number of the base.
+    pub fn base_level(&self) -> u32 {
+        self.header.base_level()
+    }
+
+    /// Level `j`, or `None` where the file has no such level.
+    pub fn level(&self, j: u32) -> Option<&Level> {
+        self.levels.get(j as usize)
+    }
+
+    /// The atoms that lead from level `j + 1` to level `j`: precision, then refinement; at the base, its own.
+    /// Empty where the file has no such level.
+    pub fn steps(&self, j: u32) -> Range<usize> {
+        self.steps.get(j as usize).cloned().unwrap_or(0..0)
+    }
+
+    /// The atoms of the keyframe of level `j`, or `None` where it has none.
+    pub fn keyframe(&self, j: u32) -> Option<Range<usize>> {
+        self.keyframes.get(j as usize).filter(|run| !run.is_empty()).cloned()
+    }
+
+    /// The residue's atoms; empty where there is none.
+    pub fn residue(&self) -> Range<usize> {
+        self.residue.clone()
+    }
+
+    /// The metadata's atoms; empty where there is none.
+    pub fn metadata(&self) -> Range<usize> {
+        self.metadata.clone()
+    }
+
+    /// Whether models start afresh at level `j`: at the base and wherever there is a keyframe.
+    pub fn starts_segment(&self, j: u32) -> bool {
+        j == self.base_level() || self.keyframe(j).is_some()
+    }
+
+    /// The levels that start a segment, coarse to fine; the base is the first.
+    pub fn segments(&self) -> impl Iterator<Item = u32> + '_ {
+        (0..self.header.level_count).rev().filter(|&j| self.starts_segment(j))
+    }
+
+    /// Where the base ends, in bytes from the start of the file.
+    pub fn base_end(&self) -> u64 {
+        self.bytes(self.steps(self.base_level())).end
+    }
+
+    /// Bytes of the whole file.
+    pub fn file_bytes(&self) -> u64 {
+        self.atoms.last().map_or(self.header.table_end(), Atom::end)
+    }
+
+    /// The bytes that a range of atoms takes in the file; an empty range where the atoms are none.
+    pub fn bytes(&self, atoms: Range<usize>) -> Range<u64> {
+        match self.atoms.get(atoms) {
+            Some([first, .., last]) => first.offset..last.end(),
+            Some([only]) => only.offset..only.end(),
+            _ => self.header.table_end()..self.header.table_end(),
+        }
+    }
+
+    /// Checks the bytes of atom `index` against its length and checksum (spec §3.4).
+    ///
+    /// # Errors
+    /// [`FormatError`] where they differ, or where the file has no such atom.
+    pub fn check(&self, index: usize, payload: &[u8]) -> Result<(), FormatError> {
+        let Some(atom) = self.atoms.get(index) else {
+            return Err(FormatError::new(self.file_bytes(), "3.3", format!("there is no atom {index}")));
+        };
+        if payload.len() == atom.length as usize && crc32c::crc32c(payload) == atom.crc {
+            return Ok(());
+        }
+        let Atom { kind, level, offset, .. } = *atom;
+        let what = format!("atom {index} ({kind:?}, level {level}) does not match its checksum");
+        Err(FormatError::new(offset, "3.4", what))
+    }
+}

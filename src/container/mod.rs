@@ -1,0 +1,26 @@
+//! The `.uwm` container: framing only (spec §3). It knows levels, atoms and checksums, but no triangle.
+//!
+//! ```text
+//! | header | table of contents | base | level n-2 | ... | level 0 | residue | metadata | keyframes |
+//! 0        88                  ^ atoms, each right behind the one before
+//! ```
+
+mod contents;
+mod fields;
+mod header;
+pub mod metadata;
+mod parse;
+pub mod plan;
+mod table;
+#[cfg(test)]
+pub(crate) mod testing;
+#[cfg(any(test, feature = "encode"))]
+mod write;
+
+pub use contents::{Atom, AtomKind, Contents, Level};
+pub use header::Header;
+pub use metadata::Metadata;
+pub use parse::{Parsed, Parser, parse_contents};
+pub use plan::{Part, Plan, Want, plan, plan_from_keyframe};
+#[cfg(any(test, feature = "encode"))]
+pub use write::FileBuilder;

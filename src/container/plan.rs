@@ -1,0 +1,189 @@
+//! From a wanted quality to the byte ranges that give it (spec §3.7).
+
+use std::ops::Range;
+
+use super::contents::{AtomKind, Contents};
+
+/// A wanted quality.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Want {
+    /// All of this level; the base, where the file has none so coarse.
+    Level(u32),
+    /// As much as possible with at most so many triangles.
+    MaxTriangles(u32),
+    /// The coarsest level with at most this error, in the units of the input; level 0, where none is so close.
+    MaxError(f64),
+    /// As many atoms as fit into so many bytes, header and table included.
+    PrefixBytes(u64),
+    /// Level 0, residue and metadata.
+    All,
+}
+
+/// Consecutive atoms and the bytes they take.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Part {
+    /// Places in [`Contents::atoms`].
+    pub atoms: Range<usize>,
+    /// Bytes from the start of the file.
+    pub bytes: Range<u64>,
+}
+
+/// What to fetch and decode, and what comes of it. Header and table of contents are taken as known.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Plan {
+    /// The level whose base or keyframe decoding starts from.
+    pub start: u32,
+    /// The finest level that is reached.
+    pub level: u32,
+    /// Whether that level is reached with all its vertices.
+    pub complete: bool,
+    /// Vertices of the mesh, without what the residue holds.
+    pub vertices: u32,
+    /// Triangles of the mesh, without what the residue holds.
+    pub triangles: u32,
+    /// What to decode, in this order; not empty.
+    pub parts: Vec<Part>,
+}
+
+impl Plan {
+    /// Where its last byte stands, plus one: the length of the prefix, if it starts from the base.
+    pub fn end(&self) -> u64 {
+        self.parts.last().map_or(0, |part| part.bytes.end)
+    }
+
+    /// Bytes of all its parts.
+    pub fn byte_count(&self) -> u64 {
+        self.parts.iter().map(|part| part.bytes.end - part.bytes.start).sum()
+    }
+}
+
+/// The shortest prefix of the file that gives `want`. It always holds the base, the least that is a mesh,
+/// and never a keyframe, which would repeat what is there.
+pub fn plan(contents: &Contents, want: Want) -> Plan {
+    let atoms = &contents.atoms;
+    let base = contents.base_level();
+    let least = contents.steps(base).end;
+    let level_0 = contents.steps(0).end;
+    let all = atoms.iter().position(|atom| atom.kind == AtomKind::Keyframe).unwrap_or(atoms.len());
+    let end = match want {
+        Want::Level(j) => contents.steps(j.min(base)).end,
+        Want::MaxTriangles(most) => {
+            let sequence = &atoms[..level_0];
+            let few = sequence.partition_point(|atom| atom.triangles_after <= most);
+            let reached = sequence[few.max(least) - 1].triangles_after;
+            let before = sequence.partition_point(|atom| atom.triangles_after < reached);
+            (before + 1).max(least)
+        }
+        Want::MaxError(most) => {
+            let close = |&j: &u32| contents.levels[j as usize].max_error <= most;
+            contents.steps((0..=base).rev().find(close).unwrap_or(0)).end
+        }
+        Want::PrefixBytes(most) => atoms[..all].partition_point(|atom| atom.end() <= most).max(least),
+        Want::All => all,
+    };
+    let level = (0..=base).find(|&j| contents.steps(j).start < end).unwrap_or(base);
+    let last = &atoms[end - 1];
+    Plan {
+        start: base,
+        level,
+        complete: contents.steps(level).end <= end,
+        vertices: last.vertices_after,
+        triangles: last.triangles_after,
+        parts: vec![part(contents, 0..end)],
+    }
+}
+
+/// The way to level `level` that skips most of the file: from the finest keyframe that is not finer, or from
+/// the base where there is none. A level coarser than the base is taken for the base.
+pub fn plan_from_keyframe(contents: &Contents, level: u32) -> Plan {
+    let base = contents.base_level();
+    let level = level.min(base);
+    let start = (level..=base).find(|&j| contents.starts_segment(j)).unwrap_or(base);
+    let mut parts = vec![part(contents, contents.keyframe(start).unwrap_or(contents.steps(base)))];
+    if start > level {
+        parts.push(part(contents, contents.steps(start - 1).start..contents.steps(level).end));
+    }
+    let reached = &contents.levels[level as usize];
+    Plan { start, level, complete: true, vertices: reached.vertices, triangles: reached.triangles, parts }
+}
+
+fn part(contents: &Contents, atoms: Range<usize>) -> Part {
+    Part { bytes: contents.bytes(atoms.clone()), atoms }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+    use crate::container::testing;
+
+    /// Base of 6 triangles; level 1 adds 2 + 4, level 0 adds 8; keyframe of level 1.
+    fn contents() -> Contents {
+        testing::contents(&testing::small_file())
+    }
+
+    #[test]
+    fn each_want() {
+        let contents = contents();
+        let reached = |want| {
+            let plan = plan(&contents, want);
+            (plan.level, plan.complete, plan.triangles)
+        };
+        assert_eq!(reached(Want::Level(9)), (2, true, 6));
+        assert_eq!(reached(Want::Level(1)), (1, true, 12));
+        assert_eq!(reached(Want::Level(0)), (0, true, 20));
+        assert_eq!(reached(Want::MaxTriangles(0)), (2, true, 6));
+        assert_eq!(reached(Want::MaxTriangles(7)), (2, true, 6), "precision alone is not worth it");
+        assert_eq!(reached(Want::MaxTriangles(11)), (1, false, 8));
+        assert_eq!(reached(Want::MaxTriangles(12)), (1, true, 12));
+        assert_eq!(reached(Want::MaxTriangles(u32::MAX)), (0, true, 20));
+        assert_eq!(reached(Want::MaxError(0.5)), (2, true, 6));
+        assert_eq!(reached(Want::MaxError(0.3)), (1, true, 12));
+        assert_eq!(reached(Want::MaxError(0.0)), (0, true, 20));
+        assert_eq!(reached(Want::MaxError(f64::NAN)), (0, true, 20));
+        assert_eq!(reached(Want::PrefixBytes(0)), (2, true, 6));
+        assert_eq!(reached(Want::All), (0, true, 20));
+        assert_eq!(plan(&contents, Want::All).parts[0].atoms, 0..contents.metadata().end);
+        let level_0 = plan(&contents, Want::Level(0));
+        assert_eq!(level_0.end(), contents.bytes(contents.steps(0)).end);
+        assert_eq!(plan(&contents, Want::PrefixBytes(level_0.end())), level_0);
+        assert_eq!(reached(Want::PrefixBytes(level_0.end() - 1)), (0, false, 12), "precision fits");
+    }
+
+    #[test]
+    fn a_keyframe_shortens_the_way() {
+        let contents = contents();
+        let plan = plan_from_keyframe(&contents, 0);
+        assert_eq!((plan.start, plan.level, plan.triangles), (1, 0, 20));
+        let runs: Vec<_> = plan.parts.iter().map(|part| part.atoms.clone()).collect();
+        assert_eq!(runs, [contents.keyframe(1).unwrap(), contents.steps(0)]);
+        assert_eq!(plan.byte_count(), testing::bytes_of(&contents, &runs));
+        assert_eq!(plan_from_keyframe(&contents, 1).parts.len(), 1);
+        let base = plan_from_keyframe(&contents, 7);
+        assert_eq!((base.start, base.level), (2, 2));
+        assert_eq!(base.parts[0].atoms, contents.steps(2));
+    }
+
+    proptest! {
+        #[test]
+        fn plans_keep_their_promise(file in testing::any_file(), n: u32, j in 0u32..8) {
+            let contents = testing::contents(&file);
+            let (least, most) = (contents.header.base_triangles, contents.header.triangles);
+            let wanted = n % (most + 2);
+            let by_triangles = plan(&contents, Want::MaxTriangles(wanted));
+            prop_assert!(by_triangles.triangles <= wanted.max(least));
+            let more = contents.atoms[..contents.steps(0).end].iter().map(|atom| atom.triangles_after);
+            prop_assert!(more.filter(|&n| n <= wanted).all(|n| n <= by_triangles.triangles));
+            let budget = u64::from(n) % (contents.file_bytes() + 2);
+            let by_bytes = plan(&contents, Want::PrefixBytes(budget));
+            prop_assert!(by_bytes.end() <= budget.max(contents.base_end()));
+            for plan in [plan(&contents, Want::Level(j)), plan_from_keyframe(&contents, j)] {
+                let level = contents.level(plan.level).unwrap();
+                prop_assert_eq!(plan.level, j.min(contents.base_level()));
+                prop_assert_eq!((plan.vertices, plan.triangles), (level.vertices, level.triangles));
+                prop_assert!(plan.complete && contents.starts_segment(plan.start));
+            }
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! Files for tests: small, random, broken.
+
+use std::ops::Range;
+
+use proptest::collection::vec;
+use proptest::prelude::*;
+
+use super::contents::{AtomKind, Contents, Level};
+use super::header::Header;
+use super::write::{FileBuilder, Piece};
+use crate::mesh::lattice::Lattice;
+
+/// Three levels, a change of precision, residue, metadata, one keyframe, two optional atoms.
+pub fn small_file() -> FileBuilder {
+    let lattice = Lattice { origin: [-1.0, 0.0, 0.5], step: 0.25, bits: 12 };
+    let level = |vertices, triangles, precision, max_error| Level {
+        vertices,
+        triangles,
+        precision,
+        max_error,
+        rms_error: 0.125,
+    };
+    let levels = vec![level(12, 20, 0, 0.1), level(8, 12, 2, 0.25), level(5, 6, 3, 0.5)];
+    let mut file = FileBuilder::new(lattice, [4095, 0, 17], levels);
+    file.payload(AtomKind::Optional(200), 99, b"anything");
+    file.payload(AtomKind::Base, 2, b"base");
+    file.atom(AtomKind::Precision, 1, 5, 0, b"precise".to_vec());
+    file.atom(AtomKind::Refinement, 1, 1, 2, b"one".to_vec());
+    file.atom(AtomKind::Refinement, 1, 2, 4, b"two".to_vec());
+    file.atom(AtomKind::Precision, 0, 10, 0, b"x".to_vec());
+    file.atom(AtomKind::Precision, 0, 6, 0, b"y".to_vec());
+    file.atom(AtomKind::Refinement, 0, 4, 8, b"four".to_vec());
+    file.payload(AtomKind::Residue, 0, b"left over");
+    file.payload(AtomKind::Metadata, 0, b"who");
+    file.payload(AtomKind::Keyframe, 1, b"key");
+    file.payload(AtomKind::Optional(128), 0, b"more");
+    file
+}
+
+/// Any valid file of some levels, its atoms in order.
+pub fn any_file() -> impl Strategy<Value = FileBuilder> {
+    let operations = vec(1u32..=2, 1..20);
+    let finer = vec((operations, 0u32..4, any::<bool>(), 1usize..5), 0..4);
+    let payloads = (vec(any::<u8>(), 1..50), vec(any::<u8>(), 0..9), vec(any::<u8>(), 0..9), 0usize..6);
+    let errors = vec((0.0..1e300f64, 0.0..1e30f32), 4);
+    let frame = (8u32..=24, 0.0..1e9f64, -1e9..1e9f64, any::<[u32; 3]>());
+    (finer, payloads, errors, frame).prop_map(|(finer, (base, residue, metadata, place), errors, frame)| {
+        let (bits, step, x, maximum) = frame;
+        let depth = finer.len() as u32;
+        let shifts: Vec<u32> = finer.iter().map(|&(_, shift, ..)| shift).collect();
+        let mut level =
+            Level { vertices: 4, triangles: 4, precision: shifts.iter().sum(), ..Level::default() };
+        let mut levels = vec![level];
+        let lattice = Lattice { origin: [x, -x, 0.0], step, bits };
+        let mut file = FileBuilder::new(lattice, maximum.map(|m| m & ((1 << bits) - 1)), Vec::new());
+        file.payload(AtomKind::Base, depth, &base);
+        for (i, (operations, shift, _, per_atom)) in finer.iter().enumerate() {
+            let j = depth - 1 - i as u32;
+            if *shift > 0 {
+                file.atom(AtomKind::Precision, j, level.vertices * shift, 0, vec![j as u8; *per_atom]);
+            }
+            for some in operations.chunks(*per_atom) {
+                let (items, triangles) = (some.len() as u32, some.iter().sum());
+                file.atom(AtomKind::Refinement, j, items, triangles, vec![items as u8; *per_atom]);
+                level.vertices += items;
+                level.triangles += triangles;
+            }
+            level.precision -= shift;
+            (level.max_error, level.rms_error) = errors[i];
+            levels.push(level);
+        }
+        file.payload(AtomKind::Residue, 0, &residue);
+        file.payload(AtomKind::Metadata, 0, &metadata);
+        for (i, (.., keyframe, _)) in finer.iter().enumerate() {
+            if *keyframe {
+                file.payload(AtomKind::Keyframe, depth - 1 - i as u32, &base);
+            }
+        }
+        levels.reverse();
+        file.levels = levels;
+        let optional = Piece { kind: AtomKind::Optional(255), level: 7, items: 3, triangles: 1, bytes: base };
+        file.pieces.insert(place.min(file.pieces.len()), optional);
+        file
+    })
+}
+
+/// The bytes of a file, its atoms in the order they were added, right or wrong.
+pub fn bytes(file: &FileBuilder) -> Vec<u8> {
+    let mut bytes = file.head().unwrap();
+    file.pieces.iter().for_each(|piece| bytes.extend(&piece.bytes));
+    bytes
+}
+
+/// The contents of a valid file.
+pub fn contents(file: &FileBuilder) -> Contents {
+    let contents = super::parse_contents(&bytes(file)).unwrap().unwrap();
+    Contents::clone(&contents)
+}
+
+/// Bytes of some runs of atoms, summed one by one.
+pub fn bytes_of(contents: &Contents, runs: &[Range<usize>]) -> u64 {
+    runs.iter().flat_map(|run| &contents.atoms[run.clone()]).map(|atom| u64::from(atom.length)).sum()
+}
+
+/// The header of the example of spec §3.8, made by hand.
+pub fn golden_header() -> Header {
+    Header {
+        vertices: 5,
+        triangles: 6,
+        base_vertices: 4,
+        base_triangles: 4,
+        level_count: 2,
+        lattice: Lattice { origin: [-1.0, 0.0, 2.0], step: 0.5, bits: 8 },
+        maximum: [255, 0, 16],
+        table_bytes: 51,
+    }
+}
+
+/// The bytes of [`golden_header`].
+#[rustfmt::skip]
+pub const GOLDEN_HEADER: [u8; Header::SIZE] = [
+    0x89, 0x55, 0x57, 0x4D, 0x0D, 0x0A, 0x1A, 0x0A, 0x01, 0x00, 0x00, 0x00, 0x05, 0x00, 0x00, 0x00,
+    0x06, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0x04, 0x00, 0x00, 0x00, 0x02, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xF0, 0xBF, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00,
+    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x40, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xE0, 0x3F,
+    0x08, 0x00, 0x00, 0x00, 0xFF, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x10, 0x00, 0x00, 0x00,
+    0x33, 0x00, 0x00, 0x00, 0xD7, 0x02, 0x1E, 0x55,
+];
+
+/// The rest of that example: table of contents, base `abc`, refinement `de`.
+#[rustfmt::skip]
+pub const GOLDEN_REST: [u8; 56] = [
+    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0xE0, 0x3F, 0x00, 0x00, 0x80, 0x3E, 0x01, 0x02, 0x00,
+    0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x00, 0x02, 0x00, 0x01, 0x03,
+    0x00, 0x00, 0xB7, 0x3F, 0x4B, 0x36, 0x02, 0x00, 0x02, 0x01, 0x02, 0x76, 0xB4, 0x40, 0x6B, 0x3C,
+    0xCF, 0x0A, 0xE1,
+    0x61, 0x62, 0x63, 0x64, 0x65,
+];

@@ -4,6 +4,9 @@ pub mod corner_table;
 pub mod index;
 pub mod indexed;
 pub mod lattice;
+pub(crate) mod random;
+#[doc(hidden)]
+pub mod shapes;
 
 pub use corner_table::CornerTable;
 pub use index::{Corner, Triangle, Vertex};

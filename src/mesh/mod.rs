@@ -7,6 +7,7 @@ pub mod lattice;
 pub(crate) mod random;
 #[doc(hidden)]
 pub mod shapes;
+pub mod topology;
 
 pub use corner_table::CornerTable;
 pub use index::{Corner, Triangle, Vertex};

@@ -96,8 +96,8 @@ fn a_projective_plane_is_cut_to_a_disc() {
         [1, 2, 5],
     ];
     let result = run(6, &triangles);
-    // Breadth first from vertex 0's five triangles, a disc, and five more round it: whatever their cuts, the result is
-    // connected, and a closed surface of characteristic 1 without boundary cannot be oriented.
+    // Where it is cut is the walk's choice; what is left hangs together and can be oriented, so the cuts hold a closed
+    // curve, and a characteristic of 1 leaves no room for a handle.
     let cuts = result.report.nonorientable_edges;
     assert!(cuts >= 3, "a closed curve has three edges at least");
     let [components, loops, edges, handles] = census(&result);

@@ -121,7 +121,7 @@ fn what_cannot_be_oriented_or_is_no_manifold_is_cut() {
         // One edge across the strip: 48 edges of boundary, and that edge twice.
         ("moebius.obj", [1, 1, 48 + 2, 0], (0, 1)),
         ("moebius_3_twists.obj", [1, 1, 96 + 2, 0], (0, 1)),
-        // Each page has four squares: five edges outside and at the spine each, and its ends... 4 + 4 + 1 + 1.
+        // A page is a strip of four squares: four edges at the spine, four outside, one at either end.
         ("nm_edge_book4.obj", [4, 4, 4 * 10, 0], (4, 0)),
         ("nm_edge_fin.obj", [2, 1, 3, 0], (1, 0)),
     ];

@@ -352,7 +352,7 @@ impl CornerTable {
 }
 
 /// All edges as (smaller end, larger end) in one key, with the corner opposite; sorted.
-fn sorted_edges(vertices: &[Vertex]) -> Vec<(u64, Corner)> {
+pub(super) fn sorted_edges(vertices: &[Vertex]) -> Vec<(u64, Corner)> {
     let key = |c: Corner| {
         let (a, b) = (vertices[c.next().index()].0, vertices[c.prev().index()].0);
         u64::from(a.min(b)) << 32 | u64::from(a.max(b))

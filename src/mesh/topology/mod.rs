@@ -1,0 +1,172 @@
+//! Conditioning: any triangles at all become an oriented manifold and what it takes to sew them together again.
+//!
+//! Guéziec, Taubin, Lazarus, Horn: "Cutting and Stitching: Converting Sets of Polygons to Manifold Surfaces" (2001),
+//! their local cutting, whose pinched cuts are closed again.
+
+mod census;
+mod classes;
+mod complex;
+mod weld;
+
+use bitvec::vec::BitVec;
+use serde::{Deserialize, Serialize};
+
+pub use census::{Census, census};
+pub use classes::{VertexClass, classify};
+pub use weld::Weld;
+
+use self::complex::Complex;
+use super::corner_table::CornerTable;
+use super::index::Vertex;
+use super::indexed::IndexedMesh;
+
+/// An oriented manifold, made from any triangles without losing one.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Conditioned {
+    /// The manifold: its triangles in the order of the input, its vertices in the order of their first corners.
+    pub table: CornerTable,
+    /// One position a vertex of the table, as in the input.
+    pub positions: Vec<[f64; 3]>,
+    /// Vertices of the table that must stay, so that no crack opens: ends of cut edges and copies of cut vertices.
+    pub locked: BitVec,
+    /// Triangles of the table whose orientation in the input was the opposite one. The first corner is the same.
+    pub flipped: BitVec,
+    /// Groups of two or more vertices of the table that were one vertex, each in ascending order.
+    pub stitches: Vec<Vec<Vertex>>,
+    /// Positions of the vertices in no triangle of the table, in the order of the input.
+    pub extras: Vec<[f64; 3]>,
+    /// Triangles that no manifold holds, oriented and as often as in the input. An index below `positions.len()` is a
+    /// vertex of the table (its first copy where it was cut), any other one is `positions.len()` more than one of `extras`.
+    pub residue: Vec<[u32; 3]>,
+    /// What was found and done.
+    pub report: ConditioningReport,
+}
+
+/// What conditioning found and did; all are numbers of things.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ConditioningReport {
+    /// Vertices of the input.
+    pub input_vertices: usize,
+    /// Triangles of the input.
+    pub input_triangles: usize,
+    /// Vertices replaced by an earlier one in the same place.
+    pub welded_vertices: usize,
+    /// Triangles with two corners on one vertex: residue.
+    pub degenerate_triangles: usize,
+    /// Triangles with the same vertices as an earlier one, in whichever orientation: residue.
+    pub repeated_triangles: usize,
+    /// Vertices, after welding, in no triangle at all.
+    pub isolated_vertices: usize,
+    /// Edges cut because they had more than two triangles.
+    pub nonmanifold_edges: usize,
+    /// Edges cut because no orientation suits both their triangles.
+    pub nonorientable_edges: usize,
+    /// Vertices cut into copies, for whichever reason: the number of stitches.
+    pub cut_vertices: usize,
+    /// Those of them at which no cut edge ends: fans that share nothing but the vertex.
+    pub nonmanifold_vertices: usize,
+    /// Triangles whose orientation was reversed.
+    pub reoriented_triangles: usize,
+    /// Vertices that must stay.
+    pub locked_vertices: usize,
+    /// Components, boundary and handles of the manifold.
+    pub census: Census,
+}
+
+/// Makes an oriented manifold of any triangles; takes time n log n.
+///
+/// # Panics
+/// Where a triangle names a vertex that does not exist, see [`IndexedMesh::triangles`].
+pub fn condition(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
+    let same = weld::representatives(&mesh.positions, weld);
+    let sorted_out = weld::set_aside(&mesh.triangles, &same);
+    let (mut complex, nonmanifold_edges) = Complex::pair(sorted_out.kept);
+    let (flipped, nonorientable_edges) = complex.orient();
+    let origins = complex.split_vertices();
+    let stitches = stitches(&origins, same.len());
+    let nonmanifold_vertices = bow_ties(&stitches, &complex.cut_ends(origins.len()));
+    let locked = copies(&stitches, origins.len());
+    complex.zip(origins.len());
+    let table = CornerTable::from_parts(origins.len(), complex.vertices, complex.opposites);
+    debug_assert_eq!(table.check(), Ok(()));
+    let mut conditioned = Conditioned {
+        positions: origins.iter().map(|v| mesh.positions[v.index()]).collect(),
+        report: ConditioningReport {
+            input_vertices: mesh.positions.len(),
+            input_triangles: mesh.triangles.len(),
+            welded_vertices: (0..).zip(&same).filter(|&(v, &first)| v != first).count(),
+            degenerate_triangles: sorted_out.degenerate,
+            repeated_triangles: sorted_out.repeated,
+            isolated_vertices: 0,
+            nonmanifold_edges,
+            nonorientable_edges,
+            cut_vertices: stitches.len(),
+            nonmanifold_vertices,
+            reoriented_triangles: flipped.count_ones(),
+            locked_vertices: locked.count_ones(),
+            census: census(&table),
+        },
+        table,
+        locked,
+        flipped,
+        stitches,
+        extras: Vec::new(),
+        residue: sorted_out.residue,
+    };
+    conditioned.place_residue(&mesh.positions, &same, &origins);
+    conditioned
+}
+
+impl Conditioned {
+    /// Turns the vertices of the residue from input vertices into places in `positions` and `extras`.
+    fn place_residue(&mut self, input: &[[f64; 3]], same: &[u32], origins: &[Vertex]) {
+        let mut places = vec![u32::MAX; input.len()];
+        for (copy, origin) in origins.iter().enumerate().rev() {
+            places[origin.index()] = copy as u32;
+        }
+        let mut in_residue: BitVec = BitVec::repeat(false, input.len());
+        for &v in self.residue.iter().flatten() {
+            in_residue.set(v as usize, true);
+        }
+        for (v, &first) in same.iter().enumerate() {
+            if first as usize == v && places[v] == u32::MAX {
+                places[v] = (self.positions.len() + self.extras.len()) as u32;
+                self.extras.push(input[v]);
+                self.report.isolated_vertices += usize::from(!in_residue[v]);
+            }
+        }
+        for v in self.residue.iter_mut().flatten() {
+            *v = places[*v as usize];
+        }
+    }
+}
+
+/// The vertices of the table with the same origin, where there are several; in the order of the origins.
+fn stitches(origins: &[Vertex], input_vertices: usize) -> Vec<Vec<Vertex>> {
+    let (mut seen, mut several) =
+        (BitVec::<usize>::repeat(false, input_vertices), BitVec::<usize>::repeat(false, input_vertices));
+    for origin in origins {
+        if seen.replace(origin.index(), true) {
+            several.set(origin.index(), true);
+        }
+    }
+    let copies = (0..).zip(origins).filter(|(_, origin)| several[origin.index()]);
+    let mut copies: Vec<(Vertex, Vertex)> = copies.map(|(copy, &origin)| (origin, Vertex(copy))).collect();
+    copies.sort_unstable();
+    copies.chunk_by(|x, y| x.0 == y.0).map(|group| group.iter().map(|&(_, copy)| copy).collect()).collect()
+}
+
+/// How many vertices were cut although no cut edge ended there.
+fn bow_ties(stitches: &[Vec<Vertex>], cut_ends: &BitVec) -> usize {
+    stitches.iter().filter(|group| group.iter().all(|v| !cut_ends[v.index()])).count()
+}
+
+/// The copies of cut vertices, of `count` vertices. The ends of cut edges are among them: a fan has one boundary edge out
+/// and one in, too few for the pieces of an edge of three triangles, or of one that both its triangles leave alike.
+fn copies(stitches: &[Vec<Vertex>], count: usize) -> BitVec {
+    let mut copies = BitVec::repeat(false, count);
+    for v in stitches.iter().flatten() {
+        copies.set(v.index(), true);
+    }
+    copies
+}

@@ -7,6 +7,7 @@ pub mod edgebreaker;
 pub mod keyframe;
 pub mod precision;
 pub mod refinement;
+pub mod residue;
 pub mod walk;
 
 #[cfg(all(test, feature = "encode"))]

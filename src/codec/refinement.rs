@@ -123,6 +123,8 @@ pub struct LevelPass {
     max: i32,
     queue: Vec<Corner>,
     ring: Vec<Vertex>,
+    /// Bits that positions took, where this side writes.
+    pub position_bits: f64,
 }
 
 impl LevelPass {
@@ -134,7 +136,7 @@ impl LevelPass {
         let in_star = BitVec::repeat(false, table.slots());
         let max = ((1u32 << (bits - precision.min(bits))) - 1) as i32;
         let (queue, ring) = (Vec::new(), Vec::new());
-        Self { walk, boundary, pass: Pass::Split, cursor: 0, in_star, precision, max, queue, ring }
+        Self { walk, boundary, pass: Pass::Split, cursor: 0, in_star, precision, max, queue, ring, position_bits: 0.0 }
     }
 
     /// Codes the decisions up to the next operation and carries it out; `None` where the level has no further one.
@@ -352,7 +354,7 @@ impl LevelPass {
     }
 
     fn code_position<C: BitCoder, A: Answers>(
-        &self,
+        &mut self,
         numbers: &mut NumberModel,
         coder: &mut C,
         prediction: [i32; 3],
@@ -360,10 +362,12 @@ impl LevelPass {
     ) -> Result<[i32; 3], RefinementError> {
         let truth = if C::ENCODES { answers.position().map(|x| x >> self.precision) } else { [0; 3] };
         let mut cell = [0; 3];
+        let before = coder.spent();
         for i in 0..3 {
             let residual = numbers.signed(coder, || truth[i] - prediction[i])?;
             cell[i] = prediction[i].wrapping_add(residual);
         }
+        self.position_bits += coder.spent() - before;
         if cell.iter().any(|x| !(0..=self.max).contains(x)) {
             return Err(RefinementError::OffLattice(cell));
         }

@@ -26,6 +26,11 @@ pub trait BitCoder {
     /// # Errors
     /// [`CodingError::Truncated`] where far more was read than there is.
     fn check(&self) -> Result<(), CodingError>;
+
+    /// Bits written so far, for statistics; 0 where this side reads.
+    fn spent(&self) -> f64 {
+        0.0
+    }
 }
 
 /// A payload's code is longer or shorter than its content.

@@ -28,6 +28,12 @@ impl RangeEncoder {
         self.bytes.len() + self.full + 5
     }
 
+    /// Bits written so far, for statistics.
+    pub fn bits(&self) -> f64 {
+        (self.bytes.len() + self.full + usize::from(self.pending.is_some())) as f64 * 8.0 + 32.0
+            - f64::from(self.range).log2()
+    }
+
     /// Ends the code and returns its bytes, without the zeros at the end (32 at most), which a decoder supplies itself.
     pub fn finish(mut self) -> Vec<u8> {
         // The number in [low, low + range) with the most zero bits at its end.
@@ -45,7 +51,9 @@ impl RangeEncoder {
             self.shift();
         }
         let zeros = self.bytes.iter().rev().take_while(|&&byte| byte == 0).count();
-        self.bytes.truncate(self.bytes.len() - zeros.min(MAX_ZEROS));
+        let shortest = self.bytes.len() - zeros.min(MAX_ZEROS);
+        // A payload of no bytes would be no payload (spec §3.3).
+        self.bytes.truncate(shortest.max(1));
         self.bytes
     }
 
@@ -100,6 +108,10 @@ impl BitCoder for RangeEncoder {
 
     fn check(&self) -> Result<(), CodingError> {
         Ok(())
+    }
+
+    fn spent(&self) -> f64 {
+        self.bits()
     }
 }
 

@@ -9,10 +9,7 @@ pub mod lattice;
 pub(crate) mod random;
 #[doc(hidden)]
 pub mod shapes;
-<<<<<<< HEAD
-=======
 pub mod topology;
->>>>>>> condition
 
 pub use corner_table::CornerTable;
 pub use index::{Corner, Triangle, Vertex};

@@ -2,6 +2,9 @@
 
 pub mod codec;
 pub mod container;
+pub mod decoder;
+#[cfg(feature = "encode")]
+pub mod encoder;
 pub mod entropy;
 pub mod error;
 #[doc(hidden)]

@@ -136,7 +136,18 @@ impl LevelPass {
         let in_star = BitVec::repeat(false, table.slots());
         let max = ((1u32 << (bits - precision.min(bits))) - 1) as i32;
         let (queue, ring) = (Vec::new(), Vec::new());
-        Self { walk, boundary, pass: Pass::Split, cursor: 0, in_star, precision, max, queue, ring, position_bits: 0.0 }
+        Self {
+            walk,
+            boundary,
+            pass: Pass::Split,
+            cursor: 0,
+            in_star,
+            precision,
+            max,
+            queue,
+            ring,
+            position_bits: 0.0,
+        }
     }
 
     /// Codes the decisions up to the next operation and carries it out; `None` where the level has no further one.

@@ -54,7 +54,10 @@ pub enum ResidueError {
 impl Residue {
     /// Whether there is nothing to say.
     pub fn is_empty(&self) -> bool {
-        self.flipped.not_any() && self.groups.is_empty() && self.extras.is_empty() && self.triangles.is_empty()
+        self.flipped.not_any()
+            && self.groups.is_empty()
+            && self.extras.is_empty()
+            && self.triangles.is_empty()
     }
 
     /// Number of groups of vertices sewn together.
@@ -67,7 +70,12 @@ impl Residue {
     pub fn encode(&self, mesh: &ProgressiveMesh, walk: &Walk) -> Result<Vec<u8>, ResidueError> {
         let mut coder = crate::entropy::RangeEncoder::default();
         let mut copy = self.clone();
-        copy.code(mesh, walk, &mut coder, &mut Budget::new(crate::limits::Limits { memory: u64::MAX, work: u64::MAX }))?;
+        copy.code(
+            mesh,
+            walk,
+            &mut coder,
+            &mut Budget::new(crate::limits::Limits { memory: u64::MAX, work: u64::MAX }),
+        )?;
         Ok(coder.finish())
     }
 
@@ -144,7 +152,8 @@ impl Residue {
             let here = at_position.entry(position).or_default();
             let mut chosen = 0;
             if !here.is_empty() {
-                chosen = choice.unsigned(coder, || here.iter().position(|g| g == group).map_or(0, |k| k as u32 + 1))?;
+                chosen = choice
+                    .unsigned(coder, || here.iter().position(|g| g == group).map_or(0, |k| k as u32 + 1))?;
             }
             *group = match chosen {
                 0 => {
@@ -152,7 +161,9 @@ impl Residue {
                     count += 1;
                     count - 1
                 }
-                k => *here.get(k as usize - 1).ok_or(ResidueError::Range("there is no such group of vertices"))?,
+                k => *here
+                    .get(k as usize - 1)
+                    .ok_or(ResidueError::Range("there is no such group of vertices"))?,
             };
         }
         Ok(())
@@ -190,7 +201,9 @@ impl Residue {
             };
             let position = truth.map(|x| {
                 let bits = x.to_bits();
-                f64::from_bits((0..64).rev().fold(0, |n, b| n << 1 | u64::from(coder.even(|| bits >> b & 1 == 1))))
+                f64::from_bits(
+                    (0..64).rev().fold(0, |n, b| n << 1 | u64::from(coder.even(|| bits >> b & 1 == 1))),
+                )
             });
             if position.iter().any(|x| !x.is_finite()) {
                 return Err(ResidueError::Range("the coordinate of a further vertex is not finite"));

@@ -80,6 +80,11 @@ impl Parser {
         }
     }
 
+    /// Whether the last atom has been told.
+    pub fn is_complete(&self) -> bool {
+        matches!(&self.stage, Stage::Atoms(_, atoms) if atoms.is_empty())
+    }
+
     /// Header and table of contents, as soon as they have been read.
     pub fn contents(&self) -> Option<&Arc<Contents>> {
         match &self.stage {

@@ -288,6 +288,11 @@ impl CornerTable {
         Self::from_parts(self.corners.len(), vertices, opposites)
     }
 
+    /// Forgets the numbers of unused vertices from `count` on.
+    pub(crate) fn truncate_vertices(&mut self, count: usize) {
+        self.corners.truncate(count);
+    }
+
     /// Makes room for vertex `v` in the corner array.
     pub(crate) fn reserve_vertex(&mut self, v: Vertex) {
         if v.index() >= self.corners.len() {

@@ -68,10 +68,9 @@ impl Roots {
         }
     }
 
-    /// Puts root edges back, as they were before some operations were undone, and forgets vertices from `vertices` on.
-    pub fn restore(&mut self, edges: Vec<(Vertex, Vertex)>, vertices: usize) {
-        self.edges = edges;
-        self.component.truncate(vertices);
+    /// Puts root edges back, as they were before some operations were undone or carried out again.
+    pub fn restore(&mut self, table: &CornerTable, edges: Vec<(Vertex, Vertex)>) {
+        *self = Self::new(table, edges);
     }
 }
 

@@ -1,0 +1,287 @@
+//! The decoder: bytes in any chunking go in, events come out, the mesh stands ready between them (spec §1).
+
+mod log;
+mod session;
+
+use crate::codec::residue::Residue;
+use crate::codec::walk::Walk;
+use crate::container::{Contents, Metadata, Parsed, Parser, Plan};
+use crate::error::{Error, Result};
+use crate::limits::Limits;
+use crate::mesh::IndexedMesh;
+use crate::refine::{ProgressiveMesh, Site};
+use session::Session;
+use std::collections::VecDeque;
+use std::ops::Range;
+use std::sync::Arc;
+
+/// How far to decode; decoding ends before the first operation beyond any of these.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Until {
+    /// The finest level wanted.
+    pub level: u32,
+    /// Most operations from the start.
+    pub operations: u64,
+    /// Most triangles.
+    pub triangles: u32,
+}
+
+impl Default for Until {
+    /// As far as the file goes.
+    fn default() -> Self {
+        Self { level: 0, operations: u64::MAX, triangles: u32::MAX }
+    }
+}
+
+/// Settings of a decoder.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Options {
+    /// Memory and work allowed.
+    pub limits: Limits,
+    /// How far to decode.
+    pub until: Until,
+    /// Whether to keep what it takes to go down again: see [`Decoder::coarsen`].
+    pub undo: bool,
+}
+
+/// What changed in the mesh since the event before. All numbers are those of [`Decoder::mesh`].
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Delta {
+    /// Vertices appended.
+    pub vertices: Range<u32>,
+    /// Where each of them was inserted: on an edge, in a triangle, or outside a boundary edge.
+    pub parents: Vec<Site>,
+    /// Vertices moved by a precision pass, ascending.
+    pub moved: Vec<u32>,
+    /// Triangles appended.
+    pub triangles: Range<u32>,
+    /// Triangles rewritten, ascending, without those appended.
+    pub rewritten: Vec<u32>,
+}
+
+/// What [`Decoder::poll`] tells.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Event {
+    /// Header and table of contents are known.
+    Contents(Arc<Contents>),
+    /// A whole level is there, base or keyframe; everything is new.
+    Whole {
+        /// Its number.
+        level: u32,
+    },
+    /// The mesh has been refined by one atom.
+    Refined(Delta),
+    /// A level is complete.
+    Level {
+        /// Its number.
+        level: u32,
+        /// Largest distance of the input from its surface.
+        max_error: f64,
+        /// Root mean square distance of the input from its surface.
+        rms_error: f32,
+    },
+    /// Level 0's residue is known: see [`Decoder::assembled`].
+    Residue,
+    /// The metadata are known: see [`Decoder::metadata`].
+    Metadata,
+    /// [`Options::until`] has been reached; nothing more will be decoded.
+    Stopped,
+    /// The file is complete.
+    End,
+}
+
+/// Decodes a file, or the parts of a [`Plan`], as bytes arrive.
+///
+/// However the bytes are cut, the events are the same, and so is the error that ends them.
+///
+/// ```
+/// use unweld::decoder::{Decoder, Event, Options};
+/// # #[cfg(feature = "encode")] {
+/// # let file = unweld::encoder::Encoder::default().encode_to_vec(&unweld::mesh::shapes::sphere(4)).unwrap();
+/// let mut decoder = Decoder::new(Options::default());
+/// for packet in file.chunks(1000) {
+///     decoder.push(packet);
+///     while let Some(event) = decoder.poll()? {
+///         if let Event::Level { level, max_error, .. } = event {
+///             println!("level {level}: {} triangles, error {max_error}", decoder.mesh().table.triangle_count());
+///         }
+///     }
+/// }
+/// decoder.finish()?;
+/// # }
+/// # Ok::<(), unweld::Error>(())
+/// ```
+#[derive(Debug)]
+pub struct Decoder {
+    parsers: VecDeque<Parser>,
+    pending: Vec<u8>,
+    /// Bytes of `pending` already used.
+    used: usize,
+    session: Session,
+    events: VecDeque<Event>,
+    ended: bool,
+}
+
+impl Decoder {
+    /// Decodes a whole file from its first byte.
+    pub fn new(options: Options) -> Self {
+        Self::with(VecDeque::from([Parser::new()]), Session::new(options))
+    }
+
+    /// Decodes the parts of a plan, whose bytes are to be pushed one after the other.
+    pub fn of_plan(contents: Arc<Contents>, plan: &Plan, options: Options) -> Self {
+        let parts = plan.parts.iter().map(|part| Parser::of_atoms(contents.clone(), part.atoms.clone()));
+        let parsers = parts.collect();
+        let mut session = Session::new(options);
+        session.begin(contents, plan.start);
+        Self::with(parsers, session)
+    }
+
+    fn with(parsers: VecDeque<Parser>, session: Session) -> Self {
+        Self { parsers, pending: Vec::new(), used: 0, session, events: VecDeque::new(), ended: false }
+    }
+
+    /// Hands over the next bytes. They wait until [`Decoder::poll`] comes to them.
+    pub fn push(&mut self, bytes: &[u8]) {
+        self.pending.drain(..self.used);
+        self.used = 0;
+        self.pending.extend_from_slice(bytes);
+    }
+
+    /// Decodes up to the next event; `None` where more bytes are needed, or none are expected.
+    ///
+    /// # Errors
+    /// [`Error::Format`] where the file is damaged, [`Error::Limit`] where it asks for too much. The mesh stays as it was
+    /// after the last whole operation.
+    pub fn poll(&mut self) -> Result<Option<Event>> {
+        loop {
+            if let Some(event) = self.events.pop_front() {
+                return Ok(Some(event));
+            }
+            if self.ended {
+                return Ok(None);
+            }
+            if self.session.is_lowered() {
+                return Err(Error::Parameter("the mesh was coarsened: restore it before decoding on".into()));
+            }
+            let others = self.parsers.len() > 1;
+            let Some(parser) = self.parsers.front_mut() else {
+                self.ended = true;
+                return Ok(Some(Event::End));
+            };
+            let mut input = &self.pending[self.used..];
+            let before = input.len();
+            // Where a further part follows, bytes behind the last atom of this one are its own.
+            let parsed =
+                if others && parser.is_complete() { Parsed::End } else { parser.parse(&mut input)? };
+            self.used += before - input.len();
+            match parsed {
+                Parsed::NeedMore(_) => return Ok(None),
+                Parsed::Contents(contents) => {
+                    let base = contents.base_level();
+                    self.session.begin(contents.clone(), base);
+                    return Ok(Some(Event::Contents(contents)));
+                }
+                Parsed::Atom { index, payload } => {
+                    self.session.atom(index, payload, &mut self.events)?;
+                    self.ended = self.session.is_stopped();
+                }
+                Parsed::End => {
+                    if self.parsers.len() == 1 {
+                        self.ended = true;
+                        return Ok(Some(Event::End));
+                    }
+                    self.parsers.pop_front();
+                }
+            }
+        }
+    }
+
+    /// Says that no more bytes will come.
+    ///
+    /// # Errors
+    /// [`Error::Format`] where bytes are missing or left over, unless decoding was stopped by [`Options::until`].
+    pub fn finish(&self) -> Result<()> {
+        if self.session.is_stopped() {
+            return Ok(());
+        }
+        match self.parsers.front() {
+            Some(parser) => Ok(parser.finish()?),
+            None => Ok(()),
+        }
+    }
+
+    /// The mesh as it stands; valid between any two events once the base is there.
+    pub fn mesh(&self) -> &ProgressiveMesh {
+        &self.session.mesh
+    }
+
+    /// The level that is complete, or `None` before the base is.
+    pub fn level(&self) -> Option<u32> {
+        self.session.level()
+    }
+
+    /// Header and table of contents, once known.
+    pub fn contents(&self) -> Option<&Arc<Contents>> {
+        self.session.contents.as_ref()
+    }
+
+    /// The residue of level 0, once known.
+    pub fn residue(&self) -> Option<&Residue> {
+        self.session.residue.as_ref()
+    }
+
+    /// The metadata, once known.
+    pub fn metadata(&self) -> Option<&Metadata> {
+        self.session.metadata.as_ref()
+    }
+
+    /// Operations carried out since the base or keyframe.
+    pub fn operations(&self) -> u64 {
+        self.session.operations
+    }
+
+    /// The mesh as positions and triangles; at level 0, once the residue is known, everything the input had.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] before the base is there.
+    pub fn assembled(&self) -> Result<IndexedMesh> {
+        let (Some(contents), Some(_)) = (self.contents(), self.level()) else {
+            return Err(Error::Parameter("there is no mesh before the end of the base".into()));
+        };
+        let mesh = self.mesh();
+        let walk = Walk::new(&mesh.table, &mesh.roots);
+        let none = Residue::default();
+        let residue = self.residue().filter(|_| self.level() == Some(0)).unwrap_or(&none);
+        Ok(residue.assemble(mesh, &walk, &contents.header.lattice))
+    }
+
+    /// Goes down to the next coarser level by the undo log. Returns the level reached, or `None` where the log ends.
+    /// [`Decoder::restore`] goes up again; only then can bytes be decoded again.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where no log was kept.
+    pub fn coarsen(&mut self) -> Result<Option<u32>> {
+        self.session.coarsen()
+    }
+
+    /// Goes up again by one level that was left by [`Decoder::coarsen`]. Returns the level reached, or `None` at the top.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where no log was kept.
+    pub fn restore(&mut self) -> Result<Option<u32>> {
+        self.session.restore()
+    }
+}
+
+/// Decodes a whole file at once.
+///
+/// # Errors
+/// As [`Decoder::poll`] and [`Decoder::finish`].
+pub fn decode(bytes: &[u8], options: Options) -> Result<Decoder> {
+    let mut decoder = Decoder::new(options);
+    decoder.push(bytes);
+    while decoder.poll()?.is_some() {}
+    decoder.finish()?;
+    Ok(decoder)
+}

@@ -1,0 +1,360 @@
+//! From atoms to the mesh: what a segment has to remember, and no more.
+
+use super::log::Log;
+use super::{Delta, Event, Options};
+use crate::codec::edgebreaker::ConnectivityError;
+use crate::codec::keyframe::{self, Expected};
+use crate::codec::precision::PrecisionPass;
+use crate::codec::refinement::{LevelPass, RefinementError, SegmentModels, Unknown};
+use crate::codec::residue::{Residue, ResidueError};
+use crate::codec::walk::Walk;
+use crate::container::{Atom, AtomKind, Contents, Metadata};
+use crate::entropy::{CodingError, RangeDecoder};
+use crate::error::{Error, FormatError, Result};
+use crate::limits::Budget;
+use crate::refine::ProgressiveMesh;
+use std::collections::VecDeque;
+use std::sync::Arc;
+
+/// The passes of the level under way.
+#[derive(Debug)]
+enum Pass {
+    /// Between levels.
+    None,
+    Precision(PrecisionPass),
+    Level(Box<LevelPass>),
+}
+
+/// A decoder without its parser.
+#[derive(Debug)]
+pub struct Session {
+    pub contents: Option<Arc<Contents>>,
+    pub mesh: ProgressiveMesh,
+    pub residue: Option<Residue>,
+    pub metadata: Option<Metadata>,
+    pub operations: u64,
+    options: Options,
+    budget: Budget,
+    models: SegmentModels,
+    pass: Pass,
+    /// The level whose base or keyframe decoding starts from.
+    start: u32,
+    /// The level complete.
+    level: Option<u32>,
+    /// The parts of a payload of several atoms.
+    parts: Vec<u8>,
+    log: Option<Log>,
+    stopped: bool,
+}
+
+impl Session {
+    pub fn new(options: Options) -> Self {
+        Self {
+            contents: None,
+            mesh: ProgressiveMesh::default(),
+            residue: None,
+            metadata: None,
+            operations: 0,
+            budget: Budget::new(options.limits),
+            models: SegmentModels::default(),
+            pass: Pass::None,
+            start: 0,
+            level: None,
+            parts: Vec::new(),
+            log: options.undo.then(Log::default),
+            stopped: false,
+            options,
+        }
+    }
+
+    /// Sets out from the base or keyframe of level `start`.
+    pub fn begin(&mut self, contents: Arc<Contents>, start: u32) {
+        self.contents = Some(contents);
+        self.start = start;
+    }
+
+    pub fn is_stopped(&self) -> bool {
+        self.stopped
+    }
+
+    pub fn is_lowered(&self) -> bool {
+        self.log.as_ref().is_some_and(|log| log.lowered().is_some())
+    }
+
+    pub fn level(&self) -> Option<u32> {
+        self.log.as_ref().and_then(Log::lowered).or(self.level)
+    }
+
+    /// Takes up an atom whose checksum holds.
+    pub fn atom(&mut self, index: usize, payload: &[u8], events: &mut VecDeque<Event>) -> Result<()> {
+        let Some(contents) = self.contents.clone() else { return Ok(()) };
+        let Some(&atom) = contents.atoms.get(index) else { return Ok(()) };
+        match atom.kind {
+            AtomKind::Base | AtomKind::Keyframe => {
+                if atom.level != self.start || self.level.is_some() {
+                    return Ok(()); // A way in that was not taken.
+                }
+                if let Some((payload, offset)) = self.gather(&atom, payload)? {
+                    self.whole(&contents, &atom, offset, &payload, events)?;
+                }
+            }
+            AtomKind::Precision | AtomKind::Refinement => {
+                if self.level.is_none_or(|level| level != atom.level + 1) {
+                    let what = format!("a refinement to level {} does not follow", atom.level);
+                    return Err(FormatError::new(atom.offset, "3.3", what).into());
+                }
+                if atom.level < self.options.until.level {
+                    self.stop(events);
+                } else if atom.kind == AtomKind::Precision {
+                    self.sharpen(&contents, &atom, payload, events)?;
+                } else {
+                    self.refine(&contents, &atom, payload, events)?;
+                }
+            }
+            AtomKind::Residue => {
+                if let Some((payload, offset)) = self.gather(&atom, payload)? {
+                    if self.level != Some(0) {
+                        return Ok(());
+                    }
+                    self.budget.take_work(2 * self.mesh.table.slots() as u64)?;
+                    let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
+                    let residue = Residue::decode(&payload, &self.mesh, &walk, &mut self.budget);
+                    self.residue = Some(residue.map_err(|e| match e {
+                        ResidueError::Limit(limit) => limit,
+                        other => FormatError::new(offset, "8", other.to_string()).into(),
+                    })?);
+                    events.push_back(Event::Residue);
+                }
+            }
+            AtomKind::Metadata => {
+                if let Some((payload, offset)) = self.gather(&atom, payload)? {
+                    self.metadata = Some(Metadata::decode(&payload, offset)?);
+                    events.push_back(Event::Metadata);
+                }
+            }
+            AtomKind::Optional(_) => {}
+        }
+        Ok(())
+    }
+
+    /// Collects a payload of several atoms; returns it with the offset of its last part once that is there.
+    fn gather(&mut self, atom: &Atom, payload: &[u8]) -> Result<Option<(Vec<u8>, u64)>> {
+        self.budget.take_memory(payload.len(), 1)?;
+        self.parts.extend_from_slice(payload);
+        if !atom.last {
+            return Ok(None);
+        }
+        self.budget.give_memory(self.parts.len(), 1);
+        let start = atom.offset + payload.len() as u64 - self.parts.len() as u64;
+        Ok(Some((std::mem::take(&mut self.parts), start)))
+    }
+
+    fn whole(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        offset: u64,
+        payload: &[u8],
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
+        let (entry, bits) = (&contents.levels[atom.level as usize], contents.header.lattice.bits);
+        let expected = Expected {
+            vertices: entry.vertices,
+            triangles: entry.triangles,
+            precision: entry.precision,
+            bits,
+        };
+        let mesh = keyframe::decode(payload, expected, &mut self.budget).map_err(|e| match e {
+            ConnectivityError::Limit(limit) => limit,
+            other => FormatError::new(offset, "7", other.to_string()).into(),
+        })?;
+        self.budget.take_memory(mesh.positions.len(), ProgressiveMesh::BYTES_A_VERTEX)?;
+        self.mesh = mesh;
+        events.push_back(Event::Whole { level: atom.level });
+        self.complete(contents, atom.level, events);
+        Ok(())
+    }
+
+    /// A level is complete; where a segment begins, models start afresh.
+    fn complete(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) {
+        self.level = Some(level);
+        self.pass = Pass::None;
+        if contents.starts_segment(level) {
+            self.models = SegmentModels::default();
+        }
+        if let Some(log) = &mut self.log {
+            log.end_level(&self.mesh, level, contents.levels[level as usize].precision);
+        }
+        let entry = &contents.levels[level as usize];
+        events.push_back(Event::Level { level, max_error: entry.max_error, rms_error: entry.rms_error });
+        let until = self.options.until;
+        let last = level == until.level && level > 0;
+        if last || self.operations >= until.operations || entry.triangles >= until.triangles {
+            self.stop(events);
+        }
+    }
+
+    fn stop(&mut self, events: &mut VecDeque<Event>) {
+        if !std::mem::replace(&mut self.stopped, true) {
+            events.push_back(Event::Stopped);
+        }
+    }
+
+    fn walk(&mut self) -> Result<Walk> {
+        let slots = self.mesh.table.slots();
+        self.budget.take_work(4 * slots as u64)?;
+        // Lists of edges and triangles; they are given back when the level is complete, which is soon.
+        self.budget.take_memory(slots, 16)?;
+        let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
+        self.budget.give_memory(slots, 16);
+        Ok(walk)
+    }
+
+    fn sharpen(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        payload: &[u8],
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
+        let fault = |e: CodingError| FormatError::new(atom.offset, "5.6", e.to_string());
+        self.budget.take_work(u64::from(atom.items))?;
+        if matches!(self.pass, Pass::None) {
+            let (from, to) = (
+                contents.levels[atom.level as usize + 1].precision,
+                contents.levels[atom.level as usize].precision,
+            );
+            let walk = self.walk()?;
+            self.pass = Pass::Precision(PrecisionPass::new(&self.mesh, &walk, from, to));
+        }
+        let Pass::Precision(pass) = &mut self.pass else {
+            return Err(FormatError::new(atom.offset, "5.6", "a precision pass behind operations").into());
+        };
+        let mut coder = RangeDecoder::new(payload);
+        let mut moved = Vec::new();
+        for _ in 0..atom.items {
+            let step = pass.step(&mut self.mesh, &mut self.models, &mut coder, |_| [0; 3]).map_err(fault)?;
+            let Some(v) = step else {
+                return Err(FormatError::new(atom.offset, "5.6", "more steps than vertices").into());
+            };
+            moved.push(v.0);
+        }
+        coder.finish().map_err(fault)?;
+        if atom.last {
+            self.pass = Pass::None;
+        }
+        moved.sort_unstable();
+        moved.dedup();
+        let (v, t) = (self.mesh.positions.len() as u32, self.mesh.table.slots() as u32);
+        events.push_back(Event::Refined(Delta {
+            vertices: v..v,
+            triangles: t..t,
+            moved,
+            ..Delta::default()
+        }));
+        Ok(())
+    }
+
+    fn refine(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        payload: &[u8],
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
+        if matches!(self.pass, Pass::None) {
+            let precision = contents.levels[atom.level as usize].precision;
+            let walk = self.walk()?;
+            let pass = LevelPass::new(&self.mesh, walk, precision, contents.header.lattice.bits);
+            self.pass = Pass::Level(Box::new(pass));
+        }
+        let first_vertex = self.mesh.positions.len() as u32;
+        let first_triangle = self.mesh.table.slots() as u32;
+        let mut delta = Delta::default();
+        let outcome = self.operations_of(atom, payload, &mut delta);
+        delta.vertices = first_vertex..self.mesh.positions.len() as u32;
+        delta.triangles = first_triangle..self.mesh.table.slots() as u32;
+        delta.rewritten.retain(|&t| t < first_triangle);
+        delta.rewritten.sort_unstable();
+        delta.rewritten.dedup();
+        if !delta.vertices.is_empty() {
+            events.push_back(Event::Refined(delta));
+        }
+        outcome?;
+        if self.stopped {
+            self.stopped = false;
+            self.stop(events);
+        } else if atom.last {
+            self.complete(contents, atom.level, events);
+        }
+        Ok(())
+    }
+
+    /// Carries out the operations of one atom, as far as wanted.
+    fn operations_of(&mut self, atom: &Atom, payload: &[u8], delta: &mut Delta) -> Result<()> {
+        let fault = |what: String| FormatError::new(atom.offset, "5.3", what);
+        let Pass::Level(pass) = &mut self.pass else {
+            return Err(fault("operations inside a precision pass".into()).into());
+        };
+        let until = self.options.until;
+        let triangles = self.mesh.table.triangle_count();
+        let mut coder = RangeDecoder::new(payload);
+        for k in 0..atom.items {
+            if k.is_multiple_of(CHUNK) {
+                let ahead = CHUNK.min(atom.items - k) as usize;
+                self.budget.take_memory(ahead, ProgressiveMesh::BYTES_A_VERTEX + BYTES_AN_EVENT)?;
+                self.budget.give_memory(ahead, BYTES_AN_EVENT);
+                self.budget.take_work(ahead as u64 * 16)?;
+            }
+            if self.operations >= until.operations
+                || self.mesh.table.triangle_count() as u32 + 2 > until.triangles
+            {
+                self.stopped = true;
+                return Ok(());
+            }
+            let step = pass.step(&mut self.mesh, &mut self.models, &mut coder, &mut Unknown);
+            let inserted = step.map_err(|e| match e {
+                RefinementError::Coding(e) => fault(e.to_string()),
+                RefinementError::OffLattice(_) => fault(e.to_string()),
+            })?;
+            let Some(inserted) = inserted else {
+                return Err(fault(format!("the level ends after {k} of {} operations", atom.items)).into());
+            };
+            self.operations += 1;
+            delta.rewritten.extend(inserted.star.iter().map(|t| t.0));
+            delta.parents.push(inserted.site);
+            if let Some(log) = &mut self.log {
+                log.push(&inserted);
+            }
+        }
+        coder.finish().map_err(|e| fault(e.to_string()))?;
+        let added = self.mesh.table.triangle_count() - triangles;
+        if added != atom.triangles as usize {
+            return Err(fault(format!("{added} triangles added instead of {}", atom.triangles)).into());
+        }
+        Ok(())
+    }
+
+    pub fn coarsen(&mut self) -> Result<Option<u32>> {
+        match &mut self.log {
+            Some(log) => Ok(log.coarsen(&mut self.mesh)),
+            None => Err(no_log()),
+        }
+    }
+
+    pub fn restore(&mut self) -> Result<Option<u32>> {
+        match &mut self.log {
+            Some(log) => Ok(log.restore(&mut self.mesh)),
+            None => Err(no_log()),
+        }
+    }
+}
+
+/// Operations that the budget is debited for at a time.
+const CHUNK: u32 = 1024;
+/// What an event holds for one operation: its parents, and the triangles of its star.
+const BYTES_AN_EVENT: usize = 64;
+
+fn no_log() -> Error {
+    Error::Parameter("the decoder was not told to keep an undo log".into())
+}

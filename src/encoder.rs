@@ -1,0 +1,398 @@
+//! The encoder: simplify, code, write. Here these rooms meet, and only here.
+
+mod levels;
+mod report;
+
+use crate::codec::residue::{Extra, MAX_OUTSIDE, Residue};
+use crate::codec::walk::Walk;
+use crate::container::{AtomKind, FileBuilder, Level, Metadata};
+use crate::error::{Error, Result};
+use crate::mesh::topology::{self, Conditioned, Weld};
+use crate::mesh::{IndexedMesh, Lattice, Vertex, lattice};
+use crate::refine::{ProgressiveMesh, Roots};
+use crate::simplify::{self, Simplified};
+use levels::Levels;
+use std::io::Write;
+use std::time::Instant;
+
+pub use report::{Report, Seconds};
+
+/// Which levels get a keyframe; the base always has one.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub enum Keyframes {
+    /// None but the base.
+    #[default]
+    None,
+    /// Every level.
+    All,
+    /// The levels whose number is a multiple of this.
+    Every(u32),
+    /// These levels.
+    Levels(Vec<u32>),
+}
+
+impl Keyframes {
+    fn contains(&self, level: u32) -> bool {
+        match self {
+            Self::None => false,
+            Self::All => true,
+            Self::Every(n) => level.is_multiple_of((*n).max(1)),
+            Self::Levels(levels) => levels.contains(&level),
+        }
+    }
+}
+
+/// Settings of an encoding.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Options {
+    /// Bits a coordinate, [`Lattice::MIN_BITS`] to [`Lattice::MAX_BITS`].
+    pub position_bits: u32,
+    /// How to simplify.
+    pub simplify: simplify::Options,
+    /// Which levels get a keyframe.
+    pub keyframes: Keyframes,
+    /// Whether boundary vertices stay.
+    pub lock_boundary: bool,
+    /// Which vertices are one.
+    pub weld: Weld,
+    /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
+    pub atom_bytes: usize,
+    /// Most memory to use, in bytes, as estimated beforehand.
+    pub max_memory: u64,
+    /// s of levels 1, 2, … (spec §5.6), not falling; the last holds for all further levels, none means 0.
+    #[doc(hidden)]
+    pub precision: Vec<u32>,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            position_bits: 14,
+            simplify: simplify::Options::default(),
+            keyframes: Keyframes::None,
+            lock_boundary: false,
+            weld: Weld::Exact,
+            atom_bytes: 16 << 10,
+            max_memory: u64::MAX,
+            precision: Vec::new(),
+        }
+    }
+}
+
+/// What the encoder is doing.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Making a manifold of the input.
+    Condition,
+    /// Removing vertices.
+    Simplify,
+    /// Writing refinements and keyframes.
+    Code,
+}
+
+/// How far it is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Progress {
+    /// The stage under way.
+    pub stage: Stage,
+    /// Vertices done in it.
+    pub done: u64,
+    /// Vertices to do in it.
+    pub total: u64,
+}
+
+/// Encodes meshes.
+///
+/// ```
+/// use unweld::encoder::{Encoder, Options};
+/// let mesh = unweld::mesh::shapes::sphere(4);
+/// let mut encoder = Encoder::new(Options { position_bits: 12, ..Options::default() });
+/// encoder.on_progress(|progress| {
+///     eprintln!("{:?}: {} of {}", progress.stage, progress.done, progress.total);
+///     true // false would cancel
+/// });
+/// let mut file = Vec::new();
+/// let report = encoder.encode(&mesh, &mut file)?;
+/// assert_eq!(report.bytes, file.len() as u64);
+/// # Ok::<(), unweld::Error>(())
+/// ```
+#[derive(Default)]
+pub struct Encoder<'a> {
+    options: Options,
+    progress: Option<Box<dyn FnMut(Progress) -> bool + 'a>>,
+    source: Source,
+}
+
+/// What the metadata say of the input.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Source {
+    /// The input's name.
+    pub name: String,
+    /// What the input carried and the file does not keep.
+    pub dropped: Vec<String>,
+    /// Whether its coordinates were binary32.
+    pub float32: bool,
+    /// The settings as the user would name them.
+    pub settings: Vec<(String, String)>,
+}
+
+impl<'a> Encoder<'a> {
+    /// An encoder with these settings.
+    pub fn new(options: Options) -> Self {
+        Self { options, ..Self::default() }
+    }
+
+    /// Says where the input came from.
+    pub fn source(&mut self, source: Source) -> &mut Self {
+        self.source = source;
+        self
+    }
+
+    /// Has `callback` told of progress; encoding is cancelled when it returns false.
+    pub fn on_progress(&mut self, callback: impl FnMut(Progress) -> bool + 'a) -> &mut Self {
+        self.progress = Some(Box::new(callback));
+        self
+    }
+
+    /// Encodes into memory.
+    ///
+    /// # Errors
+    /// As [`Encoder::encode`].
+    pub fn encode_to_vec(&mut self, mesh: &IndexedMesh) -> Result<Vec<u8>> {
+        let mut file = Vec::new();
+        self.encode(mesh, &mut file)?;
+        Ok(file)
+    }
+
+    /// Encodes a mesh. The same mesh, settings and source give the same bytes.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] for settings out of range or a mesh without triangles, with coordinates that are not finite or
+    /// indices that are out of range; [`Error::Limit`] where `max_memory` would not do; [`Error::Cancelled`];
+    /// [`Error::Io`] where `out` fails.
+    pub fn encode(&mut self, mesh: &IndexedMesh, out: &mut impl Write) -> Result<Report> {
+        let start = Instant::now();
+        self.check(mesh)?;
+        let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
+        let (min, max) = lattice::bounds(used).ok_or_else(|| parameter("the mesh has no triangles"))?;
+        let lattice = Lattice::over(min, max, self.options.position_bits);
+        if !lattice.step.is_finite() {
+            return Err(parameter("the mesh is larger than the largest number: its extent is infinite"));
+        }
+        self.report_progress(Stage::Condition, 0, mesh.triangles.len() as u64)?;
+        let conditioned = topology::condition(mesh, self.options.weld);
+        self.report_progress(Stage::Condition, 1, 1)?;
+        let conditioning = start.elapsed();
+
+        let simplified = self.simplify(&conditioned, &lattice)?;
+        let simplifying = start.elapsed() - conditioning;
+
+        let quantised: Vec<[i32; 3]> = conditioned.positions.iter().map(|&p| lattice.quantise(p)).collect();
+        let base = simplified.base.compacted();
+        let roots = Roots::choose(&base);
+        let mesh_at_base = ProgressiveMesh { table: base, positions: quantised.clone(), roots };
+        let options = self.options.clone();
+        let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options);
+        levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
+        let residue = residue(&conditioned, levels.mesh(), &lattice);
+
+        let maximum = lattice.quantise(max).map(|x| x as u32);
+        let mut file = FileBuilder::new(lattice, maximum, self.level_entries(&simplified, &levels, &lattice));
+        let mut report = Report::new(&conditioned, &simplified, mesh.diagonal());
+        levels.add_to(&mut file, &mut report);
+        if !residue.is_empty() {
+            let walk = Walk::new(&levels.mesh().table, &levels.mesh().roots);
+            let payload =
+                residue.encode(levels.mesh(), &walk).map_err(|e| Error::Parameter(e.to_string()))?;
+            report.residue_bits = payload.len() as f64 * 8.0;
+            file.payload(AtomKind::Residue, 0, &payload);
+        }
+        file.payload(AtomKind::Metadata, 0, &self.metadata(&conditioned, mesh.diagonal()).encode()?);
+        let contents = file.write(out)?;
+        report.seconds = Seconds {
+            condition: conditioning.as_secs_f64(),
+            simplify: simplifying.as_secs_f64(),
+            code: (start.elapsed() - conditioning - simplifying).as_secs_f64(),
+        };
+        report.finish(&contents);
+        Ok(report)
+    }
+
+    fn check(&self, mesh: &IndexedMesh) -> Result<()> {
+        let options = &self.options;
+        if !(Lattice::MIN_BITS..=Lattice::MAX_BITS).contains(&options.position_bits) {
+            let (min, max) = (Lattice::MIN_BITS, Lattice::MAX_BITS);
+            return Err(Error::Parameter(format!(
+                "position bits must be {min} to {max}, not {}",
+                options.position_bits
+            )));
+        }
+        if !(1..=60_000).contains(&options.atom_bytes) {
+            return Err(parameter("atom bytes must be 1 to 60,000"));
+        }
+        let share = options.simplify.level_share;
+        if !(share > 0.0 && share <= 1.0) || options.simplify.choices == 0 {
+            return Err(parameter("the level share must be above 0 and at most 1, the choices at least 1"));
+        }
+        if !(options.simplify.alpha.is_finite() && options.simplify.beta.is_finite()) {
+            return Err(parameter("alpha and beta must be finite"));
+        }
+        if let Keyframes::Every(0) = options.keyframes {
+            return Err(parameter("every 0 levels is no distance of keyframes"));
+        }
+        for (v, p) in mesh.positions.iter().enumerate() {
+            if p.iter().any(|x| !x.is_finite()) {
+                return Err(Error::Parameter(format!("vertex {v} has a coordinate that is not finite")));
+            }
+        }
+        let count = mesh.positions.len();
+        for (t, triangle) in mesh.triangles.iter().enumerate() {
+            if let Some(v) = triangle.iter().find(|&&v| v as usize >= count) {
+                return Err(Error::Parameter(format!("triangle {t} names vertex {v} of {count}")));
+            }
+        }
+        let most = crate::limits::MAX_ELEMENTS as usize;
+        if mesh.positions.len() > most / 3 || mesh.triangles.len() > most / 3 {
+            return Err(Error::Parameter(format!("more than {} vertices or triangles", most / 3)));
+        }
+        let needed = mesh.triangles.len() as u64 * BYTES_A_TRIANGLE + mesh.positions.len() as u64 * 24;
+        if needed > options.max_memory {
+            return Err(Error::Limit { what: "memory in bytes", needed, allowed: options.max_memory });
+        }
+        Ok(())
+    }
+
+    fn simplify(&mut self, conditioned: &Conditioned, lattice: &Lattice) -> Result<Simplified> {
+        let table = conditioned.table.clone();
+        let mut locked = conditioned.locked.clone();
+        if self.options.lock_boundary {
+            for v in (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.is_boundary(v)) {
+                locked.set(v.index(), true);
+            }
+        }
+        let options = self.options.simplify.clone();
+        let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
+        simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)
+    }
+
+    fn level_entries(&self, simplified: &Simplified, levels: &Levels, lattice: &Lattice) -> Vec<Level> {
+        let counts = levels.counts();
+        let entries = counts.iter().zip(&simplified.errors).enumerate();
+        entries
+            .map(|(j, (&(vertices, triangles), error))| {
+                let precision = levels::precision(&self.options, j as u32);
+                // A cell's middle is at most half a cell's diagonal from what it stands for.
+                let cell =
+                    if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
+                let max_error = error.max + cell * 0.75f64.sqrt();
+                let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt() as f32;
+                Level { vertices, triangles, precision, max_error, rms_error }
+            })
+            .collect()
+    }
+
+    fn metadata(&self, conditioned: &Conditioned, diagonal: f64) -> Metadata {
+        Metadata {
+            generator: concat!("unweld ", env!("CARGO_PKG_VERSION")).to_owned(),
+            source: self.source.name.clone(),
+            settings: self.source.settings.clone(),
+            dropped: self.source.dropped.clone(),
+            conditioning: report::conditioning_counts(&conditioned.report),
+            diagonal: if diagonal.is_finite() { diagonal } else { f64::MAX },
+            source_float32: self.source.float32,
+        }
+    }
+
+    fn report_progress(&mut self, stage: Stage, done: u64, total: u64) -> Result<()> {
+        let go_on = self.progress.as_mut().is_none_or(|callback| callback(Progress { stage, done, total }));
+        if go_on { Ok(()) } else { Err(Error::Cancelled) }
+    }
+}
+
+/// What encoding takes at its peak for a triangle of the input, the input included, roughly.
+const BYTES_A_TRIANGLE: u64 = 250;
+
+fn parameter(what: &str) -> Error {
+    Error::Parameter(what.to_owned())
+}
+
+/// What the manifold lacks of the input, named by places in the walk of level 0.
+fn residue(conditioned: &Conditioned, mesh: &ProgressiveMesh, lattice: &Lattice) -> Residue {
+    let walk = Walk::new(&mesh.table, &mesh.roots);
+    let order = walk.vertices(&mesh.table);
+    let vertices = order.len();
+    let mut place = vec![u32::MAX; conditioned.positions.len()];
+    for (k, v) in order.iter().enumerate() {
+        place[v.index()] = k as u32;
+    }
+    let mut residue = Residue::default();
+    if conditioned.flipped.any() {
+        let turned = |t: [Vertex; 3]| {
+            let mut t = t;
+            let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+            t.rotate_left(least);
+            t
+        };
+        let table = &conditioned.table;
+        let mut flipped: Vec<_> = table
+            .triangles()
+            .filter(|t| conditioned.flipped[t.index()])
+            .map(|t| turned(table.triangle(t)))
+            .collect();
+        flipped.sort_unstable();
+        let is_flipped = |t| flipped.binary_search(&turned(t)).is_ok();
+        residue.flipped =
+            walk.triangles.iter().map(|&c| is_flipped(mesh.table.triangle(c.triangle()))).collect();
+    }
+    if !conditioned.stitches.is_empty() {
+        let mut group = vec![u32::MAX; vertices];
+        for (number, stitch) in conditioned.stitches.iter().enumerate() {
+            for v in stitch {
+                group[place[v.index()] as usize] = number as u32;
+            }
+        }
+        // Groups are numbered by their first vertex in the walk.
+        let mut renumbered = vec![u32::MAX; conditioned.stitches.len()];
+        let mut count = 0;
+        for group in group.iter_mut().filter(|g| **g != u32::MAX) {
+            let number = &mut renumbered[*group as usize];
+            if *number == u32::MAX {
+                *number = count;
+                count += 1;
+            }
+            *group = *number;
+        }
+        residue.groups = group;
+    }
+    let mut extras: Vec<(Extra, usize)> =
+        conditioned.extras.iter().enumerate().map(|(k, &p)| (extra(p, lattice), k)).collect();
+    extras.sort_by(|(x, _), (y, _)| match (x, y) {
+        (Extra::Lattice(x), Extra::Lattice(y)) => x.cmp(y),
+        (Extra::Lattice(_), Extra::Exact(_)) => std::cmp::Ordering::Less,
+        (Extra::Exact(_), Extra::Lattice(_)) => std::cmp::Ordering::Greater,
+        (Extra::Exact(x), Extra::Exact(y)) => x.partial_cmp(y).unwrap_or(std::cmp::Ordering::Equal),
+    });
+    let mut name = vec![0; extras.len()];
+    for (k, (_, from)) in extras.iter().enumerate() {
+        name[*from] = (vertices + k) as u32;
+    }
+    residue.extras = extras.into_iter().map(|(extra, _)| extra).collect();
+    let named = |v: u32| match place.get(v as usize) {
+        Some(&place) => place,
+        None => name[v as usize - place.len()],
+    };
+    residue.triangles = conditioned.residue.iter().map(|t| t.map(named)).collect();
+    residue.triangles.sort_unstable();
+    residue
+}
+
+/// A vertex outside the manifold: on the lattice where that can say where it is.
+fn extra(position: [f64; 3], lattice: &Lattice) -> Extra {
+    let q: [f64; 3] = std::array::from_fn(|k| lattice.unclamped(position[k], k));
+    let near = q.iter().all(|x| x.abs() <= f64::from(MAX_OUTSIDE));
+    if near && (lattice.step > 0.0 || position == lattice.origin) {
+        Extra::Lattice(q.map(|x| x as i32))
+    } else {
+        Extra::Exact(position)
+    }
+}

@@ -1,0 +1,186 @@
+//! From the history to payloads: the replay coarse to fine, with every level's refinements and keyframe.
+
+use super::{Options, Report};
+use crate::codec::answers::LevelAnswers;
+use crate::codec::keyframe::{self, Written};
+use crate::codec::precision::PrecisionPass;
+use crate::codec::refinement::{LevelPass, SegmentModels};
+use crate::codec::walk::Walk;
+use crate::container::{AtomKind, FileBuilder};
+use crate::entropy::RangeEncoder;
+use crate::error::Result;
+use crate::refine::{ProgressiveMesh, from_cell};
+use crate::simplify::Simplified;
+
+/// One atom of refinements.
+#[derive(Debug)]
+struct Piece {
+    kind: AtomKind,
+    level: u32,
+    items: u32,
+    triangles: u32,
+    bytes: Vec<u8>,
+}
+
+/// The replay.
+#[derive(Debug)]
+pub struct Levels<'a> {
+    mesh: ProgressiveMesh,
+    simplified: &'a Simplified,
+    /// Level 0's positions.
+    finest: &'a [[i32; 3]],
+    options: &'a Options,
+    pieces: Vec<Piece>,
+    keyframes: Vec<(u32, Written)>,
+    /// Vertices and triangles of each level, by number.
+    counts: Vec<(u32, u32)>,
+    connectivity_bits: f64,
+    position_bits: f64,
+}
+
+impl<'a> Levels<'a> {
+    /// Sets out from the base; vertices keep the numbers of the input.
+    pub fn new(
+        mut base: ProgressiveMesh,
+        simplified: &'a Simplified,
+        finest: &'a [[i32; 3]],
+        options: &'a Options,
+    ) -> Self {
+        let base_level = simplified.history.level_count();
+        let operations = simplified.history.operations().len();
+        let counts =
+            vec![((finest.len() - operations) as u32, base.table.triangle_count() as u32); base_level + 1];
+        let s = precision(options, base_level as u32);
+        for (position, finest) in base.positions.iter_mut().zip(finest) {
+            *position = finest.map(|x| from_cell(x >> s, s));
+        }
+        let written = keyframe::encode(&base, s);
+        Self {
+            mesh: base,
+            simplified,
+            finest,
+            options,
+            pieces: Vec::new(),
+            keyframes: vec![(base_level as u32, written)],
+            counts,
+            connectivity_bits: 0.0,
+            position_bits: 0.0,
+        }
+    }
+
+    /// Writes all levels. `progress` is called with the vertices done and to do.
+    ///
+    /// # Errors
+    /// What `progress` returns.
+    pub fn code(&mut self, progress: &mut dyn FnMut(u64, u64) -> Result<()>) -> Result<()> {
+        let total = self.simplified.history.operations().len() as u64;
+        let mut done = 0;
+        let mut models = SegmentModels::default();
+        for j in (0..self.simplified.history.level_count()).rev() {
+            progress(done, total)?;
+            let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
+            self.sharpen(j as u32, &walk, &mut models);
+            self.level(j, walk, &mut models);
+            done += self.simplified.history.level(j).len() as u64;
+            self.counts[j].0 = self.counts[j + 1].0 + self.simplified.history.level(j).len() as u32;
+            self.counts[j].1 = self.mesh.table.triangle_count() as u32;
+            if self.options.keyframes.contains(j as u32) {
+                let written = keyframe::encode(&self.mesh, precision(self.options, j as u32));
+                self.keyframes.push((j as u32, written));
+                models = SegmentModels::default();
+            }
+        }
+        progress(total, total)
+    }
+
+    /// The mesh as it stands: level 0 in the end.
+    pub fn mesh(&self) -> &ProgressiveMesh {
+        &self.mesh
+    }
+
+    /// Vertices and triangles of each level, by number.
+    pub fn counts(&self) -> &[(u32, u32)] {
+        &self.counts
+    }
+
+    /// Hands all payloads over, and tells the report what they took.
+    pub fn add_to(&mut self, file: &mut FileBuilder, report: &mut Report) {
+        let base_level = self.counts.len() as u32 - 1;
+        for (level, written) in self.keyframes.drain(..) {
+            let bits = written.payload.len() as f64 * 8.0;
+            if level == base_level {
+                report.base_bits = bits;
+                file.payload(AtomKind::Base, level, &written.payload);
+            } else {
+                report.keyframe_bits += bits;
+                file.payload(AtomKind::Keyframe, level, &written.payload);
+            }
+            report.keyframe(level, &written, self.counts[level as usize].1);
+        }
+        for piece in self.pieces.drain(..) {
+            file.atom(piece.kind, piece.level, piece.items, piece.triangles, piece.bytes);
+        }
+        report.connectivity_bits = self.connectivity_bits;
+        report.position_bits = self.position_bits;
+    }
+
+    fn sharpen(&mut self, j: u32, walk: &Walk, models: &mut SegmentModels) {
+        let (from, to) = (precision(self.options, j + 1), precision(self.options, j));
+        if from == to {
+            return;
+        }
+        let mut pass = PrecisionPass::new(&self.mesh, walk, from, to);
+        let finest = self.finest;
+        let known = |v: crate::mesh::Vertex| finest[v.index()];
+        let mut over = false;
+        while !over {
+            let mut coder = RangeEncoder::default();
+            let mut items = 0;
+            while coder.len() < self.options.atom_bytes {
+                let step = pass.step(&mut self.mesh, models, &mut coder, known);
+                over = step.expect("a writer does not run out of bytes").is_none();
+                if over {
+                    break;
+                }
+                items += 1;
+            }
+            self.position_bits += coder.bits();
+            if items > 0 {
+                let bytes = coder.finish();
+                self.pieces.push(Piece { kind: AtomKind::Precision, level: j, items, triangles: 0, bytes });
+            }
+        }
+    }
+
+    fn level(&mut self, j: usize, walk: Walk, models: &mut SegmentModels) {
+        let history = &self.simplified.history;
+        let mut answers = LevelAnswers::new(&self.mesh.table, history, j, self.finest);
+        let precision = precision(self.options, j as u32);
+        let mut pass = LevelPass::new(&self.mesh, walk, precision, self.options.position_bits);
+        let mut left = history.level(j).len();
+        while left > 0 {
+            let mut coder = RangeEncoder::default();
+            let (mut items, before) = (0, self.mesh.table.triangle_count());
+            while left > 0 && (items == 0 || coder.len() < self.options.atom_bytes) {
+                pass.step(&mut self.mesh, models, &mut coder, &mut answers)
+                    .expect("a writer knows its positions to be on the lattice")
+                    .expect("the walk of a level meets all its operations");
+                items += 1;
+                left -= 1;
+            }
+            let triangles = (self.mesh.table.triangle_count() - before) as u32;
+            self.connectivity_bits += coder.bits();
+            let bytes = coder.finish();
+            self.pieces.push(Piece { kind: AtomKind::Refinement, level: j as u32, items, triangles, bytes });
+        }
+        self.connectivity_bits -= pass.position_bits;
+        self.position_bits += pass.position_bits;
+    }
+}
+
+/// s of level `j`: 0 at level 0, at most what leaves a cell.
+pub fn precision(options: &Options, j: u32) -> u32 {
+    let schedule = &options.precision;
+    let known = schedule.get((j as usize).saturating_sub(1)).or(schedule.last());
+    if j == 0 { 0 } else { known.copied().unwrap_or(0).min(options.position_bits) }
+}

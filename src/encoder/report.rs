@@ -1,0 +1,109 @@
+//! What encoding has to tell.
+
+use crate::codec::keyframe::Written;
+use crate::container::Contents;
+use crate::mesh::topology::{Conditioned, ConditioningReport};
+use crate::simplify::{LevelError, Simplified};
+
+/// Seconds by stage.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Seconds {
+    /// Making a manifold of the input.
+    pub condition: f64,
+    /// Removing vertices.
+    pub simplify: f64,
+    /// Writing refinements and keyframes.
+    pub code: f64,
+}
+
+/// What a keyframe took.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct KeyframeBits {
+    /// Its level.
+    pub level: u32,
+    /// Triangles of the level.
+    pub triangles: u32,
+    /// Bits of its connectivity.
+    pub connectivity: f64,
+    /// Bits of its positions.
+    pub positions: f64,
+}
+
+/// What an encoding did and what it took.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Report {
+    /// What conditioning found.
+    pub conditioning: ConditioningReport,
+    /// Diagonal of the input's bounding box.
+    pub diagonal: f64,
+    /// Distance of each level from the input, by number, the base last.
+    pub errors: Vec<LevelError>,
+    /// Bytes of the file.
+    pub bytes: u64,
+    /// Bits of the base.
+    pub base_bits: f64,
+    /// Bits of the refinements' connectivity.
+    pub connectivity_bits: f64,
+    /// Bits of the refinements' positions.
+    pub position_bits: f64,
+    /// Bits of the residue.
+    pub residue_bits: f64,
+    /// Bits of the keyframes, the base's not counted.
+    pub keyframe_bits: f64,
+    /// Each keyframe, the base's included, coarse to fine.
+    pub keyframes: Vec<KeyframeBits>,
+    /// Header, table of contents, metadata, and what atoms lose at their ends.
+    pub other_bits: f64,
+    /// Time taken.
+    pub seconds: Seconds,
+}
+
+impl Report {
+    pub(super) fn new(conditioned: &Conditioned, simplified: &Simplified, diagonal: f64) -> Self {
+        Self {
+            conditioning: conditioned.report.clone(),
+            diagonal,
+            errors: simplified.errors.clone(),
+            ..Self::default()
+        }
+    }
+
+    pub(super) fn keyframe(&mut self, level: u32, written: &Written, triangles: u32) {
+        let connectivity = written.connectivity as f64 * 8.0;
+        let positions = written.payload.len() as f64 * 8.0 - connectivity;
+        self.keyframes.push(KeyframeBits { level, triangles, connectivity, positions });
+    }
+
+    pub(super) fn finish(&mut self, contents: &Contents) {
+        self.bytes = contents.file_bytes();
+        let told = self.base_bits
+            + self.connectivity_bits
+            + self.position_bits
+            + self.residue_bits
+            + self.keyframe_bits;
+        self.other_bits = self.bytes as f64 * 8.0 - told;
+    }
+}
+
+/// The report's numbers by name, as the metadata carry them.
+pub fn conditioning_counts(report: &ConditioningReport) -> Vec<(String, u64)> {
+    let counts = [
+        ("input_vertices", report.input_vertices),
+        ("input_triangles", report.input_triangles),
+        ("welded_vertices", report.welded_vertices),
+        ("degenerate_triangles", report.degenerate_triangles),
+        ("repeated_triangles", report.repeated_triangles),
+        ("isolated_vertices", report.isolated_vertices),
+        ("nonmanifold_edges", report.nonmanifold_edges),
+        ("nonorientable_edges", report.nonorientable_edges),
+        ("cut_vertices", report.cut_vertices),
+        ("nonmanifold_vertices", report.nonmanifold_vertices),
+        ("reoriented_triangles", report.reoriented_triangles),
+        ("locked_vertices", report.locked_vertices),
+        ("components", report.census.components),
+        ("boundary_loops", report.census.boundary_loops),
+        ("boundary_edges", report.census.boundary_edges),
+        ("handles", report.census.handles),
+    ];
+    counts.into_iter().map(|(name, count)| (name.to_owned(), count as u64)).collect()
+}

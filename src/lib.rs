@@ -7,6 +7,8 @@ pub mod decoder;
 pub mod encoder;
 pub mod entropy;
 pub mod error;
+#[cfg(feature = "formats")]
+pub mod formats;
 #[doc(hidden)]
 pub mod fuzzing;
 pub mod limits;

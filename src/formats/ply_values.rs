@@ -1,0 +1,222 @@
+//! The data of a PLY file as a run of numbers, in text or binary.
+
+use crate::error::{Error, InputError, Place, Result};
+
+use super::ply_header::Scalar;
+use super::text::{integer, line_end, number, quoted};
+
+/// Numbers one after the other. The header knows their types; in text they are words between blanks and line ends.
+pub(super) trait Values {
+    /// The next number.
+    fn number(&mut self, scalar: Scalar) -> Result<f64>;
+    /// The next number, which must be an integer.
+    fn integer(&mut self, scalar: Scalar) -> Result<i64>;
+    /// Passes over `count` numbers.
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<()>;
+    /// A fault in the number read last.
+    fn fault(&self, what: impl Into<String>) -> Error;
+    /// How many numbers of this type there can be at most in what is left.
+    fn at_most(&self, scalar: Scalar) -> usize;
+    /// What is left behind the last element, in words.
+    fn rest(&mut self) -> Option<String>;
+}
+
+/// Binary numbers.
+pub(super) struct Binary<'a, const BIG_ENDIAN: bool> {
+    bytes: &'a [u8],
+    /// Where the number read last begins.
+    at: usize,
+    /// Where the next number begins, at most the length.
+    next: usize,
+    name: &'a str,
+}
+
+impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
+    /// The data of `bytes` behind a header of `header` bytes.
+    pub(super) fn new(bytes: &'a [u8], header: usize, name: &'a str) -> Self {
+        Self { bytes, at: header, next: header, name }
+    }
+
+    /// The next N bytes, in little-endian order.
+    #[inline]
+    fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
+        self.at = self.next;
+        let Some(&(mut chunk)) = self.bytes[self.next..].first_chunk::<N>() else {
+            return Err(self.fault(ENDS_EARLY));
+        };
+        self.next += N;
+        if BIG_ENDIAN {
+            chunk.reverse();
+        }
+        Ok(chunk)
+    }
+}
+
+impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
+    #[inline]
+    fn number(&mut self, scalar: Scalar) -> Result<f64> {
+        Ok(match scalar {
+            Scalar::F32 => f32::from_le_bytes(self.take()?).into(),
+            Scalar::F64 => f64::from_le_bytes(self.take()?),
+            _ => self.integer(scalar)? as f64,
+        })
+    }
+
+    #[inline]
+    fn integer(&mut self, scalar: Scalar) -> Result<i64> {
+        Ok(match scalar {
+            Scalar::I8 => i8::from_le_bytes(self.take()?).into(),
+            Scalar::U8 => u8::from_le_bytes(self.take()?).into(),
+            Scalar::I16 => i16::from_le_bytes(self.take()?).into(),
+            Scalar::U16 => u16::from_le_bytes(self.take()?).into(),
+            Scalar::I32 => i32::from_le_bytes(self.take()?).into(),
+            Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
+            Scalar::F32 | Scalar::F64 => {
+                self.at = self.next;
+                return Err(self.fault("an index or a list length has a floating-point type"));
+            }
+        })
+    }
+
+    fn skip(&mut self, scalar: Scalar, count: u64) -> Result<()> {
+        let there = self.at_most(scalar);
+        self.at = self.next;
+        if count > there as u64 {
+            self.at += there * scalar.size();
+            return Err(self.fault(ENDS_EARLY));
+        }
+        self.next += count as usize * scalar.size();
+        Ok(())
+    }
+
+    fn fault(&self, what: impl Into<String>) -> Error {
+        InputError::new(self.name, Place::Byte(self.at as u64), what).into()
+    }
+
+    fn at_most(&self, scalar: Scalar) -> usize {
+        (self.bytes.len() - self.next) / scalar.size()
+    }
+
+    fn rest(&mut self) -> Option<String> {
+        let rest = self.bytes.len() - self.next;
+        (rest > 0).then(|| format!("{rest} bytes after the last element"))
+    }
+}
+
+/// Numbers in text.
+pub(super) struct Text<'a> {
+    bytes: &'a [u8],
+    next: usize,
+    /// The 1-based line of `next`, which is also that of the word read last.
+    line: u64,
+    name: &'a str,
+}
+
+impl<'a> Text<'a> {
+    /// The data of `bytes` behind a header of `header` bytes and `lines` lines.
+    pub(super) fn new(bytes: &'a [u8], header: usize, lines: u64, name: &'a str) -> Self {
+        Self { bytes, next: header, line: lines + 1, name }
+    }
+
+    #[inline]
+    fn word(&mut self) -> Option<&'a [u8]> {
+        loop {
+            match self.bytes.get(self.next)? {
+                b'\r' | b'\n' => {
+                    self.next += line_end(&self.bytes[self.next..]);
+                    self.line += 1;
+                }
+                b if b.is_ascii_whitespace() => self.next += 1,
+                _ => break,
+            }
+        }
+        let rest = &self.bytes[self.next..];
+        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
+        self.next += length;
+        Some(&rest[..length])
+    }
+
+    #[inline]
+    fn parse<T>(&mut self, parse: impl Fn(&[u8]) -> Option<T>, what: &str) -> Result<T> {
+        let word = self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
+        parse(word).ok_or_else(|| self.fault(format!("{} is not {what}", quoted(word))))
+    }
+}
+
+impl Values for Text<'_> {
+    #[inline]
+    fn number(&mut self, _: Scalar) -> Result<f64> {
+        self.parse(number, "a number")
+    }
+
+    #[inline]
+    fn integer(&mut self, _: Scalar) -> Result<i64> {
+        self.parse(integer, "an integer")
+    }
+
+    fn skip(&mut self, _: Scalar, count: u64) -> Result<()> {
+        for _ in 0..count {
+            self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
+        }
+        Ok(())
+    }
+
+    fn fault(&self, what: impl Into<String>) -> Error {
+        InputError::new(self.name, Place::Line(self.line), what).into()
+    }
+
+    fn at_most(&self, _: Scalar) -> usize {
+        (self.bytes.len() - self.next).div_ceil(2)
+    }
+
+    fn rest(&mut self) -> Option<String> {
+        self.word().map(|_| "text after the last element".into())
+    }
+}
+
+const ENDS_EARLY: &str = "the file ends early";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn all_types_in_both_byte_orders() {
+        let types = [
+            (Scalar::I8, vec![0xfe], -2.0),
+            (Scalar::U8, vec![0xfe], 254.0),
+            (Scalar::I16, vec![0xff, 0xfe], -2.0),
+            (Scalar::U16, vec![0xff, 0xfe], 65534.0),
+            (Scalar::I32, vec![0x80, 0, 0, 1], -2147483647.0),
+            (Scalar::U32, vec![0x80, 0, 0, 1], 2147483649.0),
+            (Scalar::F32, vec![0xbf, 0xc0, 0, 0], -1.5),
+            (Scalar::F64, vec![0xbf, 0xf8, 0, 0, 0, 0, 0, 0], -1.5),
+        ];
+        for (scalar, mut bytes, value) in types {
+            assert_eq!(bytes.len(), scalar.size());
+            assert_eq!(Binary::<true>::new(&bytes, 0, "").number(scalar).unwrap(), value);
+            bytes.reverse();
+            assert_eq!(Binary::<false>::new(&bytes, 0, "").number(scalar).unwrap(), value);
+        }
+    }
+
+    #[test]
+    fn the_place_is_that_of_the_value() {
+        let message = |result: Result<()>| result.unwrap_err().to_string();
+        let mut binary = Binary::<false>::new(&[9, 1, 0, 2, 0, 3], 1, "a");
+        assert_eq!(binary.integer(Scalar::U16).unwrap(), 1);
+        assert_eq!(message(binary.skip(Scalar::U16, u64::MAX)), "a: byte 5: the file ends early");
+        assert_eq!(binary.integer(Scalar::U16).unwrap(), 2);
+        assert_eq!(binary.fault("x").to_string(), "a: byte 3: x");
+        assert_eq!(message(binary.number(Scalar::U16).map(drop)), "a: byte 5: the file ends early");
+        assert!(message(binary.integer(Scalar::F32).map(drop)).starts_with("a: byte 5: an index"));
+        assert_eq!(binary.rest().unwrap(), "1 bytes after the last element");
+
+        let mut text = Text::new(b"h 1\r\n 2.5\r\r3x\n", 1, 4, "a");
+        assert_eq!(text.integer(Scalar::U8).unwrap(), 1);
+        assert_eq!(message(text.integer(Scalar::U8).map(drop)), "a: line 6: \"2.5\" is not an integer");
+        assert_eq!(message(text.number(Scalar::U8).map(drop)), "a: line 8: \"3x\" is not a number");
+        assert_eq!(text.rest(), None);
+        assert_eq!(message(text.skip(Scalar::U8, u64::MAX)), "a: line 9: the file ends early");
+    }
+}

@@ -4,18 +4,13 @@ use unweld::decoder::{self, Decoder, Event};
 use unweld::encoder::{Encoder, Keyframes, Options};
 use unweld::mesh::{IndexedMesh, Lattice, shapes};
 
-/// Triangles as lattice points, from the smallest corner, sorted: equal for equal surfaces.
+/// Triangles as lattice points, each in the smallest of its rotations, sorted: equal for equal surfaces.
 fn triangles(mesh: &IndexedMesh, lattice: &Lattice) -> Vec<[[i32; 3]; 3]> {
-    let mut all: Vec<_> = mesh
-        .triangles
-        .iter()
-        .map(|t| {
-            let mut p = t.map(|v| lattice.quantise(mesh.positions[v as usize]));
-            let least = (0..3).min_by_key(|&k| p[k]).unwrap();
-            p.rotate_left(least);
-            p
-        })
-        .collect();
+    let rotated = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| lattice.quantise(mesh.positions[v as usize]));
+        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
+    };
+    let mut all: Vec<_> = mesh.triangles.iter().map(rotated).collect();
     all.sort_unstable();
     all
 }

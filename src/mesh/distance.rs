@@ -32,6 +32,9 @@ pub fn point_triangle_distance_squared(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -
         let w = (d4 - d3) / ((d4 - d3) + (d5 - d6));
         return p.distance_squared(b + (c - b) * w);
     }
-    let denom = 1.0 / (va + vb + vc);
-    p.distance_squared(a + ab * (vb * denom) + ac * (vc * denom))
+    let sum = va + vb + vc;
+    if !(sum > 0.0) {
+        return [ap, bp, cp].map(|d| d.length_squared()).into_iter().fold(f64::INFINITY, f64::min);
+    }
+    p.distance_squared(a + ab * (vb / sum) + ac * (vc / sum))
 }

@@ -1,7 +1,8 @@
 //! Which triangle covers each removed vertex: the level's error is tracked while simplifying.
 
 use crate::mesh::distance::point_triangle_distance_squared;
-use crate::mesh::{CornerTable, Lattice, Triangle, Vertex};
+use super::frame::Frame;
+use crate::mesh::{CornerTable, Triangle, Vertex};
 use glam::DVec3;
 
 /// The removed vertices, in a list for each triangle of the mesh as it stands.
@@ -74,12 +75,9 @@ impl Covering {
         }
     }
 
-    /// Distance of the input from the level as it stands, its vertices moved to the lattice.
-    pub fn error(&self, table: &CornerTable, positions: &[DVec3], lattice: &Lattice) -> LevelError {
-        let on_lattice = |v: Vertex| {
-            let p = lattice.position(lattice.quantise(positions[v.index()].to_array()));
-            DVec3::from_array(p)
-        };
+    /// Distance of the input from the level as it stands, its vertices moved to the lattice, in the input's units.
+    pub fn error(&self, table: &CornerTable, positions: &[DVec3], frame: &Frame) -> LevelError {
+        let on_lattice = |v: Vertex| frame.on_lattice(positions[v.index()]);
         let (mut max, mut sum, mut total) = (0.0f64, 0.0, 0.0);
         let mut add = |v: Vertex, squared: f64| {
             let weight = f64::from(self.weights[v.index()]);
@@ -101,6 +99,7 @@ impl Covering {
                 at = self.next[at as usize];
             }
         }
-        LevelError { max: max.sqrt(), rms: if total > 0.0 { (sum / total).sqrt() } else { 0.0 } }
+        let rms = if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
+        LevelError { max: frame.length(max.sqrt()), rms: frame.length(rms) }
     }
 }

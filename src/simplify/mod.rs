@@ -5,6 +5,7 @@
 //! positions in full precision: on the lattice small triangles degenerate.
 
 mod covering;
+mod frame;
 mod polygon;
 mod quadric;
 mod removal;
@@ -16,7 +17,6 @@ use crate::mesh::random::SplitMix64;
 use crate::mesh::{CornerTable, Lattice, Vertex};
 use crate::refine::History;
 use bitvec::vec::BitVec;
-use glam::DVec3;
 use removal::Remover;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
@@ -90,11 +90,12 @@ pub fn simplify(
     options: &Options,
     progress: &mut dyn FnMut(u64, u64) -> bool,
 ) -> Result<Simplified> {
-    let positions: Vec<DVec3> = positions.iter().map(|&p| DVec3::from_array(p)).collect();
+    let frame = frame::Frame::new(lattice);
+    let positions: Vec<_> = positions.iter().map(|&p| frame.inside(p)).collect();
     let mut remover = Remover::new(table, positions, locked, options);
     let start = remover.vertices;
     let target = options.base_vertices.unwrap_or_else(|| (start / 100).max(500));
-    let mut errors = vec![remover.covering.error(&remover.table, &remover.positions, lattice)];
+    let mut errors = vec![remover.covering.error(&remover.table, &remover.positions, &frame)];
     let mut random = SplitMix64::new(options.seed);
     let mut report = |vertices: usize| {
         let done = (start - vertices) as u64;
@@ -113,7 +114,7 @@ pub fn simplify(
         if !remover.history.end_level() {
             break;
         }
-        errors.push(remover.covering.error(&remover.table, &remover.positions, lattice));
+        errors.push(remover.covering.error(&remover.table, &remover.positions, &frame));
     }
     report(remover.vertices)?;
     Ok(Simplified { base: remover.table, history: remover.history, errors })

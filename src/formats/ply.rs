@@ -172,7 +172,7 @@ fn read_strips(
                         }
                         let ([a, b], c) = (before, vertex(values, index, vertices)?);
                         if corners >= 2 && a != b && b != c && c != a {
-                            triangles.push(if corners % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                            triangles.push(if corners.is_multiple_of(2) { [a, b, c] } else { [b, a, c] });
                         }
                         before = [b, c];
                         corners += 1;

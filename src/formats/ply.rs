@@ -172,7 +172,7 @@ fn read_strips(
                         }
                         let ([a, b], c) = (before, vertex(values, index, vertices)?);
                         if corners >= 2 && a != b && b != c && c != a {
-                            triangles.push(if corners % 2 == 0 { [a, b, c] } else { [b, a, c] });
+                            triangles.push(if corners.is_multiple_of(2) { [a, b, c] } else { [b, a, c] });
                         }
                         before = [b, c];
                         corners += 1;
@@ -277,5 +277,257 @@ fn in_element(error: Error, element: &Element) -> Error {
             e.into()
         }
         other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n";
+    const POSITIONS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.5]];
+
+    fn header(format: &str, lines: &str) -> String {
+        format!("ply\nformat {format} 1.0\n{lines}end_header\n")
+    }
+
+    /// A text file of four vertices, with `face` as the two header lines about the rest, which begins at line 14.
+    fn text(face: &str, data: &str) -> String {
+        let vertex = "element vertex 4\nproperty float x\nproperty double y\nproperty float z\n";
+        header("ascii", &format!("{vertex}{face}")) + SQUARE + data
+    }
+
+    const FACES: &str = "element face 1\nproperty list uchar int vertex_indices\n";
+    const STRIPS: &str = "element tristrips 1\nproperty list int int vertex_index\n";
+
+    fn source(bytes: impl AsRef<[u8]>) -> Source {
+        read(bytes.as_ref(), "").unwrap()
+    }
+
+    fn fails(place: Place, what: &str, bytes: impl AsRef<[u8]>) {
+        match read(bytes.as_ref(), "a.ply") {
+            Err(Error::Input(e)) => assert_eq!(e, InputError::new("a.ply", place, what)),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// A binary file with vertices of (short x, uchar label, float y, double z), a face of 3 and one of 4.
+    fn binary(big_endian: bool) -> (usize, Vec<u8>) {
+        let format = if big_endian { "binary_big_endian" } else { "binary_little_endian" };
+        let header = header(
+            format,
+            "element camera 2\nproperty float f\nproperty list char ushort dots\n\
+             element vertex 4\nproperty short x\nproperty uchar label\nproperty float y\nproperty double z\n\
+             element face 2\nproperty int flags\nproperty list uint ushort vertex_index\nproperty uchar red\n",
+        );
+        let mut data = Vec::new();
+        let mut push = |little: &[u8]| {
+            let order: Vec<u8> =
+                if big_endian { little.iter().rev().copied().collect() } else { little.to_vec() };
+            data.extend(order);
+        };
+        for dots in [2u8, 0] {
+            push(&1.5f32.to_le_bytes());
+            push(&[dots]);
+            (0..dots).for_each(|dot| push(&u16::from(dot).to_le_bytes()));
+        }
+        for [x, y, z] in POSITIONS {
+            push(&(x as i16).to_le_bytes());
+            push(&[7]);
+            push(&(y as f32).to_le_bytes());
+            push(&z.to_le_bytes());
+        }
+        for face in [&[0u16, 1, 2][..], &[3, 2, 1, 0]] {
+            push(&(-1i32).to_le_bytes());
+            push(&(face.len() as u32).to_le_bytes());
+            face.iter().for_each(|v| push(&v.to_le_bytes()));
+            push(&[255]);
+        }
+        (header.len(), [header.into_bytes(), data].concat())
+    }
+
+    #[test]
+    fn text_of_any_line_end() {
+        let file = text(FACES, "4 0 1\n 2\t3 \n\n");
+        for end in ["\n", "\r\n", "\r"] {
+            let s = source(file.replace('\n', end));
+            assert_eq!(s.mesh, IndexedMesh::new(POSITIONS.to_vec(), vec![[0, 1, 2], [0, 2, 3]]));
+            assert_eq!((s.format, s.polygons, s.coordinates), (Format::Ply, 1, Coordinates::Text));
+            assert!(s.dropped.is_empty());
+        }
+    }
+
+    #[test]
+    fn binary_in_both_byte_orders() {
+        for big_endian in [false, true] {
+            let s = source(binary(big_endian).1);
+            let triangles = vec![[0, 1, 2], [3, 2, 1], [3, 1, 0]];
+            assert_eq!(s.mesh, IndexedMesh::new(POSITIONS.to_vec(), triangles));
+            assert_eq!((s.polygons, s.coordinates), (1, Coordinates::Float64));
+            let dropped =
+                ["element camera (2)", "vertex property label", "face property flags", "face colours"];
+            assert_eq!(s.dropped, dropped);
+        }
+    }
+
+    #[test]
+    fn every_truncation_is_an_error() {
+        for big_endian in [false, true] {
+            let (header, whole) = binary(big_endian);
+            for length in header..whole.len() {
+                match read(&whole[..length], "") {
+                    Err(Error::Input(InputError { place: Place::Byte(byte), what, .. })) => {
+                        // The value cut off takes at most 8 bytes, or is the list skipped as a whole.
+                        assert!((length - 7..=length).contains(&(byte as usize)), "{length} {byte}");
+                        assert!(what.starts_with("the file ends early (element "), "{what}");
+                    }
+                    other => panic!("{length} {other:?}"),
+                }
+            }
+            (0..header).for_each(|length| assert!(read(&whole[..length], "").is_err()));
+        }
+        let whole = text(FACES, "3 0 1 2");
+        (0..whole.len())
+            .for_each(|length| assert!(read(&whole.as_bytes()[..length], "").is_err(), "{length}"));
+    }
+
+    #[test]
+    fn strips_turn_every_second_triangle_and_restart() {
+        let s = source(text(STRIPS, "12 0 1 2 3 -1 3 2 1 -1 0 1 -1"));
+        assert_eq!(s.mesh.triangles, [[0, 1, 2], [2, 1, 3], [3, 2, 1]]);
+        // The degenerate triangles 1 2 2 and 2 2 3 are passed over, yet 2 3 0 is the fourth of its strip.
+        let s = source(text(STRIPS, "6 0 1 2 2 3 0"));
+        assert_eq!(s.mesh.triangles, [[0, 1, 2], [3, 2, 0]]);
+        // Every list begins a strip.
+        let two = STRIPS.replace("tristrips 1", "tristrips 2");
+        assert_eq!(source(text(&two, "3 0 1 2\n3 2 1 3")).mesh.triangles, [[0, 1, 2], [2, 1, 3]]);
+    }
+
+    #[test]
+    fn elements_in_any_order_and_unknown_ones() {
+        let lines = "element face 1\nproperty list uchar float texcoord\nproperty list uchar int vertex_indices\n\
+            element nothing 4000000000\nelement edge 0\nproperty int a\nelement range_grid 2\n\
+            property list uchar int vertex_indices\nelement vertex 3\nproperty list int int near\nproperty uchar x\n\
+            property int z\nproperty float nx\nproperty float y\nproperty float nz\n";
+        let data = "6 .1 .2 .3 .4 .5 .6  3 2 1 0\n0\n2 1 1\n1 9 10 11 12 13 14\n0 20 21 22 23 24\n0 30 31 32 33 34\nx";
+        let s = source(header("ascii", lines) + data);
+        assert_eq!(s.mesh.positions, [[10.0, 13.0, 11.0], [20.0, 23.0, 21.0], [30.0, 33.0, 31.0]]);
+        assert_eq!(s.mesh.triangles, [[2, 1, 0]]);
+        assert_eq!(
+            s.dropped,
+            [
+                "face texture coordinates",
+                "element nothing (4000000000)",
+                "element range_grid (2)",
+                "vertex property near",
+                "vertex normals",
+                "text after the last element",
+            ]
+        );
+    }
+
+    #[test]
+    fn short_faces_become_nothing() {
+        let faces = FACES.replace("face 1", "face 3");
+        let s = source(text(&faces, "2 0 1\n0\n3 1 1 2\n"));
+        assert_eq!(s.mesh.triangles, [[1, 1, 2]]);
+        assert_eq!(s.dropped, ["faces with fewer than 3 corners (2)"]);
+    }
+
+    #[test]
+    fn the_type_of_the_coordinates_is_told() {
+        let told = |types: [&str; 3]| {
+            let [x, y, z] = types;
+            let lines = format!("element vertex 0\nproperty {x} x\nproperty {y} y\nproperty {z} z\n");
+            source(header("binary_little_endian", &lines)).coordinates
+        };
+        assert_eq!(told(["float", "float", "float"]), Coordinates::Float32);
+        assert_eq!(told(["short", "uchar", "float32"]), Coordinates::Float32);
+        assert_eq!(told(["float", "float", "double"]), Coordinates::Float64);
+        assert_eq!(told(["int", "float", "float"]), Coordinates::Float64);
+    }
+
+    #[test]
+    fn faults_in_text_are_placed() {
+        let range = "is out of range: the file has 4 vertices";
+        fails(Place::Line(15), &format!("vertex index 4 {range} (element face)"), text(FACES, "3 0 1\n4"));
+        fails(Place::Line(14), &format!("vertex index -1 {range} (element face)"), text(FACES, "3 0 -1 1"));
+        fails(
+            Place::Line(14),
+            &format!("vertex index -2 {range} (element tristrips)"),
+            text(STRIPS, "3 0 -2 1"),
+        );
+        fails(Place::Line(14), "a list of length -3 (element face)", text(FACES, "-3 0 1 2"));
+        fails(Place::Line(14), "\"1.5\" is not an integer (element face)", text(FACES, "3 0 1.5 2"));
+        fails(Place::Line(14), "the file ends early (element face)", text(FACES, "3 0 1"));
+        let nan = text(FACES, "").replace("1 1 0\n", "1 nan 0\n");
+        fails(Place::Line(12), "y of vertex 2 is NaN (element vertex)", nan);
+        let word = text(FACES, "").replace("0.5", "0,5");
+        fails(Place::Line(13), "\"0,5\" is not a number (element vertex)", word);
+    }
+
+    #[test]
+    fn faults_in_binary_are_placed() {
+        let (header, whole) = binary(false);
+        let with = |at: usize, bytes: &[u8]| {
+            let mut file = whole.clone();
+            file[header + at..][..bytes.len()].copy_from_slice(bytes);
+            file
+        };
+        let place = |at: usize| Place::Byte((header + at) as u64);
+        // Cameras take 9 + 5 bytes, vertices 15 each; the first face begins at 74, its indices at 82.
+        let what = "a list of length -1 (element camera)";
+        fails(place(4), what, with(4, &[0xff]));
+        let y = 14 + 15 + 3;
+        fails(place(y), "y of vertex 1 is inf (element vertex)", with(y, &f32::INFINITY.to_le_bytes()));
+        let what = "vertex index 4 is out of range: the file has 4 vertices (element face)";
+        fails(place(84), what, with(84, &[4, 0]));
+        // The second face begins at 89, its indices at 97; the fifth would begin with the colour, the last byte.
+        fails(place(105), "the file ends early (element face)", with(93, &[5]));
+    }
+
+    #[test]
+    fn faults_in_the_header_are_placed() {
+        let no_z = "element vertex 3\nproperty float x\nproperty float y\n";
+        fails(Place::Line(3), "element `vertex` has no x, y, z", header("ascii", no_z));
+        let list = format!("{no_z}property list int float z\n");
+        fails(Place::Line(3), "element `vertex` has no x, y, z", header("ascii", &list));
+        fails(Place::Line(7), "a second element `vertex`", text("element vertex 1\n", ""));
+    }
+
+    #[test]
+    fn a_claim_costs_nothing() {
+        for (format, place) in [("ascii", Place::Line(8)), ("binary_little_endian", Place::Byte(0))] {
+            for count in ["4294967295", "18446744073709551615"] {
+                let lines =
+                    format!("element vertex {count}\nproperty float x\nproperty float y\nproperty float z\n");
+                let file = header(format, &lines);
+                let place = if place == Place::Byte(0) { Place::Byte(file.len() as u64) } else { place };
+                fails(place, "the file ends early (element vertex)", &file);
+                let faces = FACES.replace("face 1", &format!("face {count}")).replace("uchar", "uint");
+                let file = header(format, &faces);
+                let place =
+                    if let Place::Line(_) = place { Place::Line(6) } else { Place::Byte(file.len() as u64) };
+                fails(place, "the file ends early (element face)", &file);
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn damage_does_no_harm(at in any::<prop::sample::Index>(), value: u8, big_endian: bool) {
+            let (_, mut file) = binary(big_endian);
+            let at = at.index(file.len());
+            file[at] = value;
+            match read(&file, "") {
+                Ok(s) => {
+                    let n = s.mesh.positions.len() as u32;
+                    prop_assert!(s.mesh.triangles.iter().flatten().all(|&v| v < n));
+                    prop_assert!(s.mesh.positions.iter().flatten().all(|x| x.is_finite()));
+                }
+                Err(e) => prop_assert!(matches!(e, Error::Input(_)), "{e:?}"),
+            }
+        }
     }
 }

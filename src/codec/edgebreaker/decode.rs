@@ -46,6 +46,11 @@ pub fn decode<C: BitCoder>(
     budget: &mut Budget,
 ) -> Result<Connectivity, ConnectivityError> {
     let total = triangles as usize + boundary as usize;
+    if total as u64 * 3 >= u64::from(u32::MAX) {
+        return Err(ConnectivityError::Mesh(
+            "more triangles and boundary edges than corners have numbers".into(),
+        ));
+    }
     let mut models = Models::default();
     let mut builder = Builder::default();
     for number in 0..total {
@@ -69,8 +74,8 @@ pub fn decode<C: BitCoder>(
 
 /// Triangles that the budget is debited for at a time.
 const CHUNK: usize = 1 << 12;
-/// Per corner: opposite, next, previous, vertex, and the count.
-const BYTES_A_TRIANGLE: usize = 3 * 17;
+/// Per corner while building: opposite, next, previous and the count; when naming vertices: orbit, V and O; and a place a triangle.
+const BYTES_A_TRIANGLE: usize = 3 * (13 + 12) + 4;
 const FREE: u32 = u32::MAX;
 
 /// The surface so far, in reading order, bounded by loops of open edges. An edge is named by the corner opposite to it.
@@ -261,6 +266,14 @@ impl Builder {
                 v.push(*name);
                 o.push(moved(opposites[k]));
             }
+        }
+        // Caps that touch each other, or a cap that is no disc, would leave other boundary edges than these, and perhaps pieces
+        // that no root edge leads to.
+        let open = o.iter().filter(|o| o.is_none()).count();
+        if open != boundary as usize {
+            return Err(ConnectivityError::Mesh(format!(
+                "caps leave {open} boundary edges instead of {boundary}"
+            )));
         }
         let table = CornerTable::from_parts(named as usize, v, o);
         table.check().map_err(|e| ConnectivityError::Mesh(e.to_string()))?;

@@ -5,6 +5,7 @@ use crate::entropy::{BitCoder, CodingError};
 use crate::limits::Budget;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::Roots;
+use bitvec::vec::BitVec;
 
 /// A connectivity and its root edges.
 #[derive(Debug)]
@@ -219,6 +220,10 @@ impl Builder {
         }
         let Self { opposites, starts, .. } = self;
         let triangles = opposites.len() / 3;
+        let mut is_first: BitVec = BitVec::repeat(false, triangles);
+        for start in &starts {
+            is_first.set(start.triangle().index(), true);
+        }
         // The writer's order is the reader's backwards.
         let mut orbit = vec![Vertex::NONE; opposites.len()];
         let mut caps = Vec::new();
@@ -227,13 +232,18 @@ impl Builder {
                 continue;
             }
             let v = Vertex(caps.len() as u32);
-            let (mut at, mut valence) = (c, 0);
+            let (mut at, mut valence, mut settled) = (c, 0, boundary == 0);
             while orbit[at.index()].is_none() {
                 orbit[at.index()] = v;
                 valence += 1;
+                settled |= is_first[at.triangle().index()];
+                settled |= [at.next(), at.prev()].iter().any(|c| {
+                    let w = orbit[c.index()];
+                    w.is_some() && w != v && caps[w.index()]
+                });
                 at = opposites[at.next().index()].next();
             }
-            caps.push(models.is_cap(coder, valence, false));
+            caps.push(!settled && models.is_cap(coder, valence, false));
             coder.check()?;
         }
         let is_cap = |t: usize| (0..3).any(|k| caps[orbit[3 * t + k].index()]);

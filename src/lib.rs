@@ -90,6 +90,8 @@ pub mod fuzzing;
 pub mod limits;
 pub mod mesh;
 pub mod refine;
+#[cfg(feature = "cli")]
+pub mod render;
 #[cfg(feature = "encode")]
 pub mod simplify;
 

@@ -67,7 +67,10 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
         written.keyframes.push(keyframe::encode(&mesh, 0).payload);
         written.meshes.push(mesh.clone());
     }
-    assert_eq!(triangles(&mesh), triangles(&ProgressiveMesh { table, positions: finest, roots: Roots::default() }));
+    assert_eq!(
+        triangles(&mesh),
+        triangles(&ProgressiveMesh { table, positions: finest, roots: Roots::default() })
+    );
     written
 }
 

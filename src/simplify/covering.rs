@@ -1,7 +1,7 @@
 //! Which triangle covers each removed vertex: the level's error is tracked while simplifying.
 
-use crate::mesh::distance::point_triangle_distance_squared;
 use super::frame::Frame;
+use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Triangle, Vertex};
 use glam::DVec3;
 

@@ -1,4 +1,80 @@
 //! unweld: a progressive-mesh encoding and streaming format.
+//!
+//! A simplifier takes a triangle mesh apart with stellar operations (edge flips and edge welds on a corner table) and records the
+//! history. The coder writes a small whole mesh, the base, and then the history backwards, operation by operation: any prefix of a
+//! `.uwm` file from the base on is a valid mesh, and the last byte brings back every triangle of the input, on a lattice of 8 to 24
+//! bits a coordinate. The format is specified in `spec/`.
+//!
+//! # Encode and decode
+//! ```
+//! # #[cfg(feature = "encode")] {
+//! use unweld::{decoder, encoder::Encoder, mesh::IndexedMesh};
+//!
+//! let positions = vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]];
+//! let triangles = vec![[0, 2, 1], [0, 1, 3], [1, 2, 3], [2, 0, 3]];
+//! let file = Encoder::default().encode_to_vec(&IndexedMesh::new(positions, triangles))?;
+//!
+//! let decoder = decoder::decode(&file, decoder::Options::default())?;
+//! let mesh = decoder.assembled()?;
+//! assert_eq!((mesh.positions.len(), mesh.triangles.len()), (4, 4));
+//! # }
+//! # Ok::<(), unweld::Error>(())
+//! ```
+//!
+//! # Refine while the bytes arrive
+//! ```
+//! # #[cfg(feature = "encode")] {
+//! use std::io::Read;
+//! use unweld::decoder::{Decoder, Event, Options};
+//!
+//! # let file = unweld::encoder::Encoder::default().encode_to_vec(&unweld::mesh::shapes::bumpy_sphere(4, 1))?;
+//! # let mut slow = &file[..];
+//! let mut decoder = Decoder::new(Options::default());
+//! let mut packet = [0; 1400];
+//! loop {
+//!     let count = slow.read(&mut packet)?;
+//!     if count == 0 {
+//!         break;
+//!     }
+//!     decoder.push(&packet[..count]);
+//!     while let Some(event) = decoder.poll()? {
+//!         match event {
+//!             Event::Refined(delta) => println!("upload vertices {:?} and triangles {:?}", delta.vertices, delta.triangles),
+//!             Event::Level { level, max_error, .. } => println!("level {level} is complete, error {max_error}"),
+//!             _ => {}
+//!         }
+//!     }
+//! }
+//! decoder.finish()?;
+//! # assert_eq!(decoder.level(), Some(0));
+//! # }
+//! # Ok::<(), unweld::Error>(())
+//! ```
+//!
+//! # Take a level of detail with an error below a bound
+//! ```
+//! # #[cfg(feature = "encode")] {
+//! use unweld::container::{Want, parse_contents, plan};
+//! use unweld::decoder::{Decoder, Options, Until};
+//!
+//! # let file = unweld::encoder::Encoder::default().encode_to_vec(&unweld::mesh::shapes::bumpy_sphere(4, 1))?;
+//! // The table of contents tells which bytes are needed; only those have to be fetched.
+//! let contents = parse_contents(&file)?.expect("the table of contents is there");
+//! let plan = plan(&contents, Want::MaxError(0.1));
+//! let until = Until { level: plan.level, ..Until::default() };
+//! let mut decoder = Decoder::of_plan(contents, &plan, Options { until, ..Options::default() });
+//! for part in &plan.parts {
+//!     decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
+//! }
+//! while decoder.poll()?.is_some() {}
+//! assert_eq!(decoder.level(), Some(plan.level));
+//! # assert!(plan.level > 0 && plan.end() < file.len() as u64);
+//! # }
+//! # Ok::<(), unweld::Error>(())
+//! ```
+//!
+//! # Features
+//! `encode`: simplifier and encoder; `formats`: PLY and OBJ; `cli` (default): the command line. Without any of them the crate is the decoder.
 
 pub mod codec;
 pub mod container;
@@ -14,6 +90,8 @@ pub mod fuzzing;
 pub mod limits;
 pub mod mesh;
 pub mod refine;
+#[cfg(feature = "cli")]
+pub mod render;
 #[cfg(feature = "encode")]
 pub mod simplify;
 

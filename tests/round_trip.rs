@@ -1,8 +1,13 @@
 //! The loop: what goes in comes out, at every level, by every road.
 
-use unweld::decoder::{self, Decoder, Event};
+use unweld::Error;
+use unweld::container::{Plan, Want, parse_contents, plan, plan_from_keyframe};
+use unweld::decoder::{self, Decoder, Event, Until};
 use unweld::encoder::{Encoder, Keyframes, Options};
-use unweld::mesh::{IndexedMesh, Lattice, shapes};
+use unweld::limits::Limits;
+use unweld::mesh::{IndexedMesh, Lattice, Triangle, shapes};
+use unweld::refine::Site;
+use unweld::simplify::Method;
 
 /// Triangles as lattice points, each in the smallest of its rotations, sorted: equal for equal surfaces.
 fn triangles(mesh: &IndexedMesh, lattice: &Lattice) -> Vec<[[i32; 3]; 3]> {
@@ -68,6 +73,169 @@ fn the_undo_log_goes_down_and_up_again() {
         triangles(&decoder.assembled().unwrap(), &lattice),
         triangles(&shapes::torus_with_hole(16, 12), &lattice)
     );
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let mesh = shapes::bumpy_sphere(4, 3);
+    for method in [Method::Stellar, Method::Ffc] {
+        let mut options = small();
+        options.simplify.method = method;
+        let file = || Encoder::new(options.clone()).encode_to_vec(&mesh).unwrap();
+        assert_eq!(file(), file());
+    }
+    let mut other = small();
+    other.simplify.seed = 1;
+    assert_ne!(
+        Encoder::new(other).encode_to_vec(&mesh).unwrap(),
+        Encoder::new(small()).encode_to_vec(&mesh).unwrap()
+    );
+}
+
+/// A client that knows only what the events tell has the decoder's mesh after each of them.
+#[test]
+fn events_tell_every_change() {
+    for mesh in [shapes::bumpy_sphere(3, 1), shapes::torus_with_hole(16, 12), shapes::disc_with_ears()] {
+        let file =
+            Encoder::new(Options { precision: vec![1, 2, 4], ..small() }).encode_to_vec(&mesh).unwrap();
+        let mut decoder = Decoder::new(decoder::Options::default());
+        decoder.push(&file);
+        let (mut positions, mut triangles) = (Vec::new(), Vec::new());
+        while let Some(event) = decoder.poll().unwrap() {
+            let now = decoder.mesh();
+            let triangle = |t: u32| now.table.triangle(Triangle(t));
+            match event {
+                Event::Whole { .. } => {
+                    positions = now.positions.clone();
+                    triangles = now.table.triangles().map(|t| triangle(t.0)).collect();
+                }
+                Event::Refined(delta) => {
+                    assert_eq!(delta.vertices.start as usize, positions.len());
+                    assert_eq!(delta.triangles.start as usize, triangles.len());
+                    assert_eq!(delta.parents.len(), delta.vertices.len());
+                    for (v, parents) in delta.vertices.clone().zip(&delta.parents) {
+                        let before = match *parents {
+                            Site::Edge(a, b) | Site::Attach(a, b) => vec![a, b],
+                            Site::Face(a, b, c) => vec![a, b, c],
+                        };
+                        assert!(before.iter().all(|parent| parent.0 < v), "a parent is older than its child");
+                    }
+                    positions
+                        .extend(&now.positions[delta.vertices.start as usize..delta.vertices.end as usize]);
+                    triangles.extend(delta.triangles.map(triangle));
+                    delta.moved.iter().for_each(|&v| positions[v as usize] = now.positions[v as usize]);
+                    delta.rewritten.iter().for_each(|&t| triangles[t as usize] = triangle(t));
+                }
+                _ => {}
+            }
+            assert_eq!(positions, now.positions);
+            assert_eq!(triangles, now.table.triangles().map(|t| triangle(t.0)).collect::<Vec<_>>());
+        }
+        assert_eq!(decoder.level(), Some(0));
+    }
+}
+
+#[test]
+fn decoding_stops_where_it_is_told_to() {
+    let file = Encoder::new(small()).encode_to_vec(&shapes::bumpy_sphere(3, 1)).unwrap();
+    let decode = |until: Until| {
+        let decoder = decoder::decode(&file, decoder::Options { until, ..Default::default() }).unwrap();
+        decoder.mesh().table.check().unwrap();
+        decoder
+    };
+    let whole = decode(Until::default());
+    let contents = whole.contents().unwrap().clone();
+    for j in 0..=contents.base_level() {
+        let at = decode(Until { level: j, ..Until::default() });
+        assert_eq!(at.level(), Some(j));
+        assert_eq!(at.mesh().table.triangle_count() as u32, contents.level(j).unwrap().triangles);
+    }
+    let base = u64::from(contents.header.base_vertices);
+    for operations in [0, 1, 17, 100] {
+        let at = decode(Until { operations, ..Until::default() });
+        assert_eq!(at.operations(), operations);
+        assert_eq!(at.mesh().positions.len() as u64, base + operations);
+    }
+    for triangles in [100, 101, 500] {
+        let count = decode(Until { triangles, ..Until::default() }).mesh().table.triangle_count() as u32;
+        assert!((triangles - 1..=triangles).contains(&count), "{count} of {triangles}");
+    }
+}
+
+#[test]
+fn every_plan_is_enough_and_leads_where_it_says() {
+    let file = Encoder::new(Options { precision: vec![2], ..small() })
+        .encode_to_vec(&shapes::bumpy_sphere(3, 1))
+        .unwrap();
+    let contents = parse_contents(&file).unwrap().unwrap();
+    let base = contents.base_level();
+    let lattice = contents.header.lattice;
+    let follow = |plan: &Plan| {
+        let mut decoder = Decoder::of_plan(contents.clone(), plan, decoder::Options::default());
+        for part in &plan.parts {
+            decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
+        }
+        while decoder.poll().unwrap().is_some() {}
+        decoder.finish().unwrap();
+        assert_eq!(decoder.level(), Some(if plan.complete { plan.level } else { decoder.level().unwrap() }));
+        assert_eq!(decoder.mesh().table.triangle_count() as u32, plan.triangles);
+        triangles(&decoder.assembled().unwrap(), &lattice)
+    };
+    for j in 0..=base {
+        assert_eq!(
+            follow(&plan(&contents, Want::Level(j))),
+            follow(&plan_from_keyframe(&contents, j)),
+            "level {j}"
+        );
+    }
+    for bytes in (0..file.len() as u64).step_by(97) {
+        follow(&plan(&contents, Want::PrefixBytes(bytes)));
+    }
+}
+
+#[test]
+fn a_callback_can_cancel() {
+    let mut encoder = Encoder::new(small());
+    let mut calls = 0;
+    encoder.on_progress(|_| {
+        calls += 1;
+        calls < 4
+    });
+    assert!(matches!(encoder.encode_to_vec(&shapes::sphere(4)), Err(Error::Cancelled)));
+    drop(encoder);
+    assert_eq!(calls, 4);
+}
+
+#[test]
+fn limits_are_kept() {
+    let file = Encoder::new(small()).encode_to_vec(&shapes::sphere(4)).unwrap();
+    for (memory, work) in [(20_000, u64::MAX), (u64::MAX, 5000)] {
+        let limits = Limits { memory, work };
+        let outcome = decoder::decode(&file, decoder::Options { limits, ..Default::default() });
+        assert!(matches!(outcome, Err(Error::Limit { .. })), "{outcome:?}");
+    }
+    let mut encoder = Encoder::new(Options { max_memory: 1000, ..small() });
+    assert!(matches!(encoder.encode_to_vec(&shapes::sphere(4)), Err(Error::Limit { .. })));
+}
+
+#[test]
+fn impossible_settings_and_meshes_are_refused() {
+    let refused = |options: Options, mesh: &IndexedMesh| match Encoder::new(options).encode_to_vec(mesh) {
+        Err(Error::Parameter(what)) => what,
+        other => panic!("{other:?}"),
+    };
+    let sphere = shapes::sphere(1);
+    assert_eq!(
+        refused(Options { position_bits: 25, ..small() }, &sphere),
+        "position bits must be 8 to 24, not 25"
+    );
+    let mut broken = sphere.clone();
+    broken.positions[5][1] = f64::NAN;
+    assert_eq!(refused(small(), &broken), "vertex 5 has a coordinate that is not finite");
+    let mut broken = sphere.clone();
+    broken.triangles[7][2] = 42;
+    assert_eq!(refused(small(), &broken), "triangle 7 names vertex 42 of 42");
+    assert_eq!(refused(small(), &IndexedMesh::default()), "the mesh has no triangles");
 }
 
 #[test]

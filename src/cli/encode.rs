@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
 use unweld::formats::{self, Coordinates};
-use unweld::mesh::{IndexedMesh, Lattice};
+use unweld::mesh::Lattice;
+use unweld::simplify;
 
 /// Encode a mesh (PLY or OBJ, also gzip-compressed) as a .uwm file
 #[derive(clap::Args)]
@@ -182,7 +183,8 @@ fn settings(args: &Args) -> Vec<(String, String)> {
 fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<String> {
     let header = &description.contents.header;
     let mut warnings = Vec::new();
-    let wanted = args.base_vertices.unwrap_or_else(|| default_base(header.vertices as usize));
+    let wanted =
+        args.base_vertices.unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize));
     if header.base_vertices as usize > wanted {
         warnings.push(format!(
             "the base has {}, {} wanted: {} locked, the others hold the topology together",
@@ -238,9 +240,9 @@ fn add_report(
     warnings: &[String],
 ) {
     let vertices = description.vertices().max(1) as f64;
-    let bits: Map<String, Value> = parts(report).iter().map(|(n, b)| ((*n).to_owned(), json!(b))).collect();
+    let bits: Map<String, Value> = parts(report).map(|(n, b)| (n.to_owned(), json!(b))).into_iter().collect();
     let total = json!(report.bytes as f64 * 8.0 / vertices);
-    let per_vertex = parts(report).iter().map(|(n, b)| ((*n).to_owned(), json!(b / vertices)));
+    let per_vertex = parts(report).map(|(n, b)| (n.to_owned(), json!(b / vertices))).into_iter();
     let per_vertex: Map<String, Value> = per_vertex.chain([("total".to_owned(), total)]).collect();
     let seconds = &report.seconds;
     object.insert("bits".to_owned(), Value::Object(bits));

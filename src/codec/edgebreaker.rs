@@ -12,7 +12,7 @@ mod encode;
 
 pub use decode::{Connectivity, ConnectivityError, decode};
 #[cfg(feature = "encode")]
-pub use encode::encode;
+pub use encode::{Bits, encode};
 
 use crate::entropy::{Bit, BitCoder, CodingError, NumberModel};
 

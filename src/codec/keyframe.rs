@@ -22,12 +22,13 @@ pub struct Expected {
 }
 
 /// What a keyframe takes.
+#[cfg(feature = "encode")]
 #[derive(Clone, Debug)]
 pub struct Written {
     /// The payload.
     pub payload: Vec<u8>,
-    /// How many of its bytes are connectivity; the rest are positions.
-    pub connectivity: usize,
+    /// Bits of its connectivity, by part; the rest are positions.
+    pub connectivity: edgebreaker::Bits,
 }
 
 /// Writes a level as a payload.
@@ -38,14 +39,13 @@ pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
     let mut payload = Vec::new();
     varint::write(boundary.count() as u64, &mut payload);
     let mut coder = crate::entropy::RangeEncoder::default();
-    edgebreaker::encode(&mesh.table, &mesh.roots, &mut coder);
-    let connectivity = payload.len() + coder.len();
+    let connectivity = edgebreaker::encode(&mesh.table, &mesh.roots, &mut coder);
     let walk = Walk::new(&mesh.table, &mesh.roots);
     let known = |v: Vertex| mesh.positions[v.index()].map(|x| x >> precision);
     code_positions(&mesh.table, &walk, &mut coder, |v, _| known(v))
         .expect("lattice coordinates are numbers of at most 24 bits");
     payload.extend(coder.finish());
-    Written { connectivity: connectivity.min(payload.len()), payload }
+    Written { payload, connectivity }
 }
 
 /// Reads a payload. Vertices are numbered in walk order.

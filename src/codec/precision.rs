@@ -19,6 +19,7 @@ pub struct PrecisionPass {
 impl PrecisionPass {
     /// A pass over the coarser level's vertices from its precision `from` down to `to`, `to < from`.
     pub fn new(mesh: &ProgressiveMesh, walk: &Walk, from: u32, to: u32) -> Self {
+        debug_assert!(to < from);
         Self { order: walk.vertices(&mesh.table), cursor: 0, shift: from.saturating_sub(1), last: to }
     }
 

@@ -10,7 +10,7 @@ use bitvec::vec::BitVec;
 /// Most triangles in the star of a new vertex; no flip is asked for beyond it (spec §5.3).
 pub const MAX_STAR: usize = 64;
 
-/// The models of refinements. They start afresh with each segment (spec §3.7).
+/// The models of refinements. They start afresh with each segment (spec §5.2).
 #[derive(Clone, Debug)]
 pub struct SegmentModels {
     split: [[[Bit; RATIOS]; 5]; 2],

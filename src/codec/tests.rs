@@ -1,4 +1,4 @@
-//! The loop without a container: simplify, write, read, compare by structure and position.
+//! The loop without a container: simplify, write, read, compare by structure and position; storage permuted on the way.
 
 use super::answers::LevelAnswers;
 use super::keyframe::{self, Expected};
@@ -6,10 +6,12 @@ use super::refinement::{LevelPass, SegmentModels, Unknown};
 use super::walk::Walk;
 use crate::entropy::{RangeDecoder, RangeEncoder};
 use crate::limits::{Budget, Limits};
-use crate::mesh::{CornerTable, IndexedMesh, Lattice, Vertex, lattice, shapes};
-use crate::refine::{ProgressiveMesh, Roots};
+use crate::mesh::random::SplitMix64;
+use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Triangle, Vertex, lattice, shapes};
+use crate::refine::{Operation, ProgressiveMesh, Roots, Site, stellar};
 use crate::simplify::{self, Method, Options};
 use bitvec::vec::BitVec;
+use proptest::prelude::*;
 
 const BITS: u32 = 16;
 
@@ -24,11 +26,11 @@ fn triangles(mesh: &ProgressiveMesh) -> Vec<[[i32; 3]; 3]> {
     all
 }
 
+/// What a writer made of a mesh: payloads, and the mesh at each level, from the base on.
 struct Written {
-    base: Vec<u8>,
     levels: Vec<Vec<u8>>,
+    /// Of each level, the base first.
     keyframes: Vec<Vec<u8>>,
-    /// The mesh at each level, finest first.
     meshes: Vec<ProgressiveMesh>,
 }
 
@@ -36,7 +38,7 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     let table = CornerTable::from_triangles(input.positions.len(), &input.triangles).unwrap();
     let (min, max) = lattice::bounds(input.positions.iter().copied()).unwrap();
     let lattice = Lattice::over(min, max, BITS);
-    let positions: Vec<_> = input.positions.iter().map(|&p| lattice.quantise(p)).collect();
+    let finest: Vec<_> = input.positions.iter().map(|&p| lattice.quantise(p)).collect();
     let locked = BitVec::repeat(false, input.positions.len());
     let simplified =
         simplify::simplify(table.clone(), &input.positions, locked, &lattice, options, &mut |_, _| true)
@@ -44,98 +46,290 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     simplified.base.check().unwrap();
     let base = simplified.base.compacted();
     let roots = Roots::choose(&base);
-    let mut mesh = ProgressiveMesh { table: base, positions, roots };
-    let finest = mesh.positions.clone();
-    let mut written =
-        Written { base: Vec::new(), levels: Vec::new(), keyframes: Vec::new(), meshes: Vec::new() };
-    written.base = keyframe::encode(&mesh, 0).payload;
-    written.meshes.push(mesh.clone());
+    let mut mesh = ProgressiveMesh { table: base, positions: finest.clone(), roots };
+    let keyframes = vec![keyframe::encode(&mesh, 0).payload];
+    let mut written = Written { levels: Vec::new(), keyframes, meshes: vec![mesh.clone()] };
     for j in (0..simplified.history.level_count()).rev() {
         let mut answers = LevelAnswers::new(&mesh.table, &simplified.history, j, &finest);
-        let walk = Walk::new(&mesh.table, &mesh.roots);
-        let mut pass = LevelPass::new(&mesh, walk, 0, BITS);
+        let mut pass = LevelPass::new(&mesh, Walk::new(&mesh.table, &mesh.roots), 0, BITS);
         let mut models = SegmentModels::default();
         let mut coder = RangeEncoder::default();
         for _ in simplified.history.level(j) {
             let inserted = pass.step(&mut mesh, &mut models, &mut coder, &mut answers).unwrap();
             assert!(inserted.is_some(), "every operation of the level is met in its walk");
-            if input.triangles.len() < 400 {
-                mesh.table.check().unwrap();
-            }
+            check_if_small(&mesh);
         }
         written.levels.push(coder.finish());
         written.keyframes.push(keyframe::encode(&mesh, 0).payload);
         written.meshes.push(mesh.clone());
     }
-    assert_eq!(
-        triangles(&mesh),
-        triangles(&ProgressiveMesh { table, positions: finest, roots: Roots::default() })
-    );
+    let original = ProgressiveMesh { table, positions: finest, roots: Roots::default() };
+    assert_eq!(triangles(&mesh), triangles(&original));
     written
 }
 
-fn expected(mesh: &ProgressiveMesh) -> Expected {
-    let vertices =
-        (0..mesh.table.vertex_slots() as u32).filter(|&v| mesh.table.corner_of(Vertex(v)).is_some());
-    let triangles = mesh.table.triangle_count() as u32;
-    Expected { vertices: vertices.count() as u32, triangles, precision: 0, bits: BITS }
+fn check_if_small(mesh: &ProgressiveMesh) {
+    if mesh.table.triangle_count() < 250 {
+        mesh.table.check().unwrap();
+    }
 }
 
-fn read(written: &Written, start: usize, mut between: impl FnMut(&mut ProgressiveMesh)) {
+fn expected(mesh: &ProgressiveMesh) -> Expected {
+    let used = |v: &u32| mesh.table.corner_of(Vertex(*v)).is_some();
+    let vertices = (0..mesh.table.vertex_slots() as u32).filter(used).count() as u32;
+    Expected { vertices, triangles: mesh.table.triangle_count() as u32, precision: 0, bits: BITS }
+}
+
+/// Reads from the keyframe of place `start` on. `between` may permute the storage between levels, `inside` the triangles of a
+/// new star.
+fn read(
+    written: &Written,
+    start: usize,
+    mut between: impl FnMut(&mut ProgressiveMesh),
+    mut inside: impl FnMut(&mut ProgressiveMesh, &[Triangle]),
+) {
     let mut budget = Budget::new(Limits::default());
-    let payload = if start == 0 { &written.base } else { &written.keyframes[start - 1] };
-    let mut mesh = keyframe::decode(payload, expected(&written.meshes[start]), &mut budget).unwrap();
+    let mut mesh =
+        keyframe::decode(&written.keyframes[start], expected(&written.meshes[start]), &mut budget).unwrap();
     assert_eq!(triangles(&mesh), triangles(&written.meshes[start]));
     for (level, bytes) in written.levels.iter().enumerate().skip(start) {
         between(&mut mesh);
-        let walk = Walk::new(&mesh.table, &mesh.roots);
-        let mut pass = LevelPass::new(&mesh, walk, 0, BITS);
+        let mut pass = LevelPass::new(&mesh, Walk::new(&mesh.table, &mesh.roots), 0, BITS);
         let mut models = SegmentModels::default();
         let mut coder = RangeDecoder::new(bytes);
         let target = expected(&written.meshes[level + 1]).vertices as usize;
         while mesh.positions.len() < target {
-            let inserted = pass.step(&mut mesh, &mut models, &mut coder, &mut Unknown).unwrap();
-            assert!(inserted.is_some());
-            if mesh.positions.len() < 300 {
-                mesh.table.check().unwrap();
-            }
+            let inserted = pass.step(&mut mesh, &mut models, &mut coder, &mut Unknown).unwrap().unwrap();
+            inside(&mut mesh, &inserted.star);
+            check_if_small(&mesh);
         }
         coder.finish().unwrap();
         assert_eq!(triangles(&mesh), triangles(&written.meshes[level + 1]), "level {level}");
     }
 }
 
-fn meshes() -> Vec<(&'static str, IndexedMesh)> {
+/// A random order of `n` things.
+fn shuffled(n: usize, random: &mut SplitMix64) -> Vec<u32> {
+    let mut order: Vec<u32> = (0..n as u32).collect();
+    for k in (1..n).rev() {
+        order.swap(k, random.below(k as u32 + 1) as usize);
+    }
+    order
+}
+
+/// The same mesh in other places: triangle t goes to `places[t]`, its corners turned at random; vertex v becomes `names[v]`.
+fn moved(mesh: &ProgressiveMesh, places: &[u32], names: &[u32], random: &mut SplitMix64) -> ProgressiveMesh {
+    let table = &mesh.table;
+    let turns: Vec<u32> = places.iter().map(|_| random.below(3)).collect();
+    let corner = |c: Corner| {
+        let t = c.triangle().index();
+        if c.is_none() { c } else { Corner(places[t] * 3 + (c.0 + turns[t]) % 3) }
+    };
+    let mut vertices = vec![Vertex::NONE; places.len() * 3];
+    let mut opposites = vec![Corner::NONE; places.len() * 3];
+    for c in (0..places.len() as u32 * 3).map(Corner) {
+        // (c.0 + turn) % 3 turns within a triangle, since 3t + k and k are the same modulo 3.
+        vertices[corner(c).index()] = Vertex(names[table.vertex(c).index()]);
+        opposites[corner(c).index()] = corner(table.opposite(c));
+    }
+    let mut positions = vec![[0; 3]; names.len()];
+    for (v, &name) in names.iter().enumerate() {
+        positions[name as usize] = mesh.positions[v];
+    }
+    let renamed = |v: Vertex| Vertex(names[v.index()]);
+    let edges = mesh.roots.edges().iter().map(|&(u, w)| (renamed(u), renamed(w))).collect();
+    let table = CornerTable::from_parts(names.len(), vertices, opposites);
+    let roots = Roots::new(&table, edges);
+    ProgressiveMesh { table, positions, roots }
+}
+
+fn permuted(mesh: &mut ProgressiveMesh, random: &mut SplitMix64) {
+    let places = shuffled(mesh.table.slots(), random);
+    let names = shuffled(mesh.positions.len(), random);
+    *mesh = moved(mesh, &places, &names, random);
+}
+
+/// Another allocation of the places of a star's triangles.
+fn permuted_star(mesh: &mut ProgressiveMesh, star: &[Triangle], random: &mut SplitMix64) {
+    let mut places: Vec<u32> = (0..mesh.table.slots() as u32).collect();
+    for (k, to) in shuffled(star.len(), random).into_iter().enumerate() {
+        places[star[k].index()] = star[to as usize].0;
+    }
+    let names: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    // Triangles outside the star must keep their corners, so their turns are taken back.
+    let turned = moved(mesh, &places, &names, random);
+    let mut table = turned.table;
+    let outside = (0..table.slots() as u32).map(Triangle).filter(|t| !star.contains(t));
+    for t in outside.collect::<Vec<_>>() {
+        while table.vertex(t.corner(0)) != mesh.table.vertex(t.corner(0)) {
+            turn(&mut table, t);
+        }
+    }
+    let vertices = table.vertices.clone();
+    let opposites = table.opposites.clone();
+    mesh.table = CornerTable::from_parts(names.len(), vertices, opposites);
+}
+
+fn turn(table: &mut CornerTable, t: Triangle) {
+    let corners = t.corners();
+    let old: Vec<_> = corners.iter().map(|&c| (table.vertex(c), table.opposite(c))).collect();
+    for k in 0..3 {
+        let (v, o) = old[(k + 1) % 3];
+        table.vertices[corners[k].index()] = v;
+        table.opposites[corners[k].index()] = o;
+        if o.is_some() {
+            table.opposites[o.index()] = corners[k];
+        }
+    }
+}
+
+/// The shape after some random splits, face splits, attachments and flips, with random positions.
+fn random_mesh(shape: &IndexedMesh, steps: u32, seed: u64) -> IndexedMesh {
+    let mut random = SplitMix64::new(seed);
+    let mut table = CornerTable::from_triangles(shape.positions.len(), &shape.triangles).unwrap();
+    for _ in 0..steps {
+        let c = Corner(random.below(3 * table.slots() as u32));
+        let v = Vertex(table.vertex_slots() as u32);
+        let o = table.opposite(c);
+        match random.below(5) {
+            0 => drop(stellar::split_edge(&mut table, c, v)),
+            1 => stellar::split_face(&mut table, c, v),
+            2 if o.is_none() => stellar::attach(&mut table, c, v),
+            _ if o.is_some() && !table.has_edge(table.vertex(c), table.vertex(o)) => {
+                stellar::flip(&mut table, c);
+            }
+            _ => {}
+        }
+    }
+    table.check().unwrap();
+    let mut coordinate = || f64::from(random.below(1 << BITS));
+    let positions = (0..table.vertex_slots()).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
+    let triangles = table.triangles().map(|t| table.triangle(t).map(|v| v.0)).collect();
+    IndexedMesh::new(positions, triangles)
+}
+
+fn meshes() -> Vec<IndexedMesh> {
     vec![
-        ("tetrahedron", shapes::tetrahedron()),
-        ("disc with ears", shapes::disc_with_ears()),
-        ("annulus", shapes::annulus(12)),
-        ("strip", shapes::strip(30)),
-        ("grid", shapes::grid(13, 9)),
-        ("torus", shapes::torus(16, 12)),
-        ("torus with hole", shapes::torus_with_hole(16, 12)),
-        ("two components", shapes::two_components()),
-        ("handles", shapes::handle_body(3)),
-        ("sphere", shapes::sphere(3)),
+        shapes::disc_with_ears(),
+        shapes::annulus(12),
+        shapes::strip(30),
+        shapes::torus(10, 8),
+        shapes::torus_with_hole(10, 8),
+        shapes::two_components(),
+        shapes::sphere(2),
+        shapes::handle_body(3),
+        shapes::tetrahedron(),
     ]
 }
 
 #[test]
-fn every_shape_goes_down_and_comes_back_from_every_keyframe() {
-    for (name, input) in meshes() {
+fn every_shape_comes_back_from_every_keyframe() {
+    for input in meshes() {
         for method in [Method::Stellar, Method::Ffc] {
-            for seed in 0..3 {
-                let options = Options { method, seed, base_vertices: Some(0), ..Options::default() };
-                let written = write(&input, &options);
-                eprintln!(
-                    "{name} {method:?}: {} levels, base {:?}",
-                    written.levels.len(),
-                    expected(&written.meshes[0])
-                );
-                for start in 0..=written.levels.len() {
-                    read(&written, start, |_| {});
+            let options = Options { method, base_vertices: Some(0), ..Options::default() };
+            let written = write(&input, &options);
+            for start in 0..=written.levels.len() {
+                read(&written, start, |_| {}, |_, _| {});
+            }
+        }
+    }
+}
+
+#[test]
+fn bases_reach_the_topological_minimum() {
+    let base = |mesh: &IndexedMesh| {
+        let options = Options { base_vertices: Some(0), ..Options::default() };
+        expected(&write(mesh, &options).meshes[0])
+    };
+    // A tetrahedron a closed component, three vertices a boundary loop, seven vertices for a torus (Möbius, Császár).
+    assert_eq!(base(&shapes::sphere(3)).vertices, 4);
+    assert_eq!(base(&shapes::strip(30)).vertices, 3);
+    assert_eq!(base(&shapes::disc_with_ears()).vertices, 3);
+    assert_eq!(base(&shapes::annulus(12)).vertices, 6);
+    assert_eq!(base(&shapes::torus(16, 12)).vertices, 7);
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 48, failure_persistence: None, ..ProptestConfig::default() })]
+
+    #[test]
+    fn random_meshes_come_back_however_they_are_stored(shape in 0..9usize, steps in 0..120u32, seed in any::<u64>()) {
+        let input = random_mesh(&meshes()[shape], steps, seed);
+        let method = if seed % 2 == 0 { Method::Stellar } else { Method::Ffc };
+        let level_share = [0.2, 1.0, 0.02][(seed % 3) as usize];
+        let written = write(&input, &Options { method, seed, level_share, base_vertices: Some(0), ..Options::default() });
+        let mut random = SplitMix64::new(seed);
+        let start = random.below(written.levels.len() as u32 + 1) as usize;
+        read(&written, start, |_| {}, |_, _| {});
+        let mut other = SplitMix64::new(seed + 1);
+        read(&written, start, |m| permuted(m, &mut random), |_, _| {});
+        read(&written, start, |_| {}, |m, star| permuted_star(m, star, &mut other));
+    }
+
+    #[test]
+    fn every_operation_has_its_inverse(shape in 0..9usize, steps in 0..60u32, seed in any::<u64>()) {
+        let input = random_mesh(&meshes()[shape], steps, seed);
+        let mut random = SplitMix64::new(seed);
+        let mut table = CornerTable::from_triangles(input.positions.len(), &input.triangles).unwrap();
+        for _ in 0..20 {
+            let before = table.clone();
+            let k = Corner(random.below(3 * table.slots() as u32));
+            let vertex = Vertex(table.vertex_slots() as u32);
+            let (a, b) = table.edge(k);
+            let site = match random.below(3) {
+                0 => Site::Edge(a, b),
+                1 => Site::Face(a, b, table.vertex(k)),
+                _ if table.opposite(k).is_none() => Site::Attach(a, b),
+                _ => Site::Edge(a, b),
+            };
+            // Flips of link edges that may be flipped, each chosen from the star as it then is.
+            let mut flips = Vec::new();
+            let mut trial = table.clone();
+            let start = Operation { vertex, site, first_flip: 0, flip_count: 0 };
+            start.apply(&mut trial, &[]).unwrap();
+            for _ in 0..random.below(4) {
+                let star: Vec<_> = trial.fan(vertex).collect();
+                let c = star[random.below(star.len() as u32) as usize];
+                let o = trial.opposite(c);
+                if o.is_some() && trial.vertex(o) != vertex && !trial.has_edge(vertex, trial.vertex(o)) {
+                    flips.push(trial.vertex(c.next()));
+                    stellar::flip(&mut trial, c);
                 }
             }
+            let operation = Operation { flip_count: flips.len() as u32, ..start };
+            operation.apply(&mut table, &flips).unwrap();
+            table.check().unwrap();
+            prop_assert_eq!(&table, &trial);
+            let applied = table.clone();
+            operation.undo(&mut table, &flips).unwrap();
+            table.check().unwrap();
+            prop_assert_eq!(&table.vertices, &before.vertices);
+            prop_assert_eq!(&table.opposites, &before.opposites);
+            operation.apply(&mut table, &flips).unwrap();
+            prop_assert_eq!(&table.vertices, &applied.vertices);
+            prop_assert_eq!(&table.opposites, &applied.opposites);
+        }
+    }
+
+    #[test]
+    fn no_operation_panics_whatever_it_says(
+        shape in 0..9usize,
+        operations in prop::collection::vec((0..40u32, 0..3u8, [0..40u32, 0..40, 0..40], prop::collection::vec(0..40u32, 0..4), any::<bool>()), 1..60),
+    ) {
+        let input = &meshes()[shape];
+        let mut table = CornerTable::from_triangles(input.positions.len(), &input.triangles).unwrap();
+        for (vertex, kind, [a, b, c], flips, undo) in operations {
+            let [a, b, c] = [a, b, c].map(Vertex);
+            let site = match kind {
+                0 => Site::Edge(a, b),
+                1 => Site::Face(a, b, c),
+                _ => Site::Attach(a, b),
+            };
+            let flips: Vec<_> = flips.into_iter().map(Vertex).collect();
+            let vertex = Vertex(vertex % (table.vertex_slots() as u32 + 2));
+            let operation = Operation { vertex, site, first_flip: 0, flip_count: flips.len() as u32 };
+            let _ = if undo { operation.undo(&mut table, &flips) } else { operation.apply(&mut table, &flips) };
+            prop_assert_eq!(table.check(), Ok(()));
         }
     }
 }

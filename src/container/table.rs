@@ -49,7 +49,7 @@ fn read_levels(header: &Header, fields: &mut Fields) -> Result<Vec<Level>, Forma
         }
         let at = fields.offset();
         level.precision = u32::from(fields.u8()?);
-        let most = if j == base { MAX_PRECISION } else { above.precision };
+        let most = if j == base { header.lattice.bits } else { above.precision };
         fields.require(level.precision <= most, at, || {
             format!("level {j} lacks {} bits, allowed {most}", level.precision)
         })?;
@@ -218,8 +218,6 @@ fn grows(operations: u32, triangles: u32) -> bool {
     (u64::from(operations)..=2 * u64::from(operations)).contains(&u64::from(triangles))
 }
 
-/// Most low bits a level may lack.
-const MAX_PRECISION: u32 = 24;
 /// Fewest bytes of an atom's entry: kind, four counts, checksum.
 const MIN_ENTRY_BYTES: usize = 9;
 /// What [`check_sums`] compares, in its order.
@@ -341,7 +339,7 @@ mod tests {
             (|f| f.pieces[6].items = u32::MAX, "level 0 has 16 precision steps, its atoms 4294967305"),
             (|f| drop(f.pieces.remove(2)), "level 1 has 5 precision steps, its atoms 0"),
             (|f| f.pieces[0].bytes.clear(), "an empty atom"),
-            (|f| f.levels[2].precision = 25, "level 2 lacks 25 bits, allowed 24"),
+            (|f| f.levels[2].precision = 13, "level 2 lacks 13 bits, allowed 12"),
             (|f| f.levels[1].precision = 4, "level 1 lacks 4 bits, allowed 3"),
             (|f| f.levels[0].precision = 1, "level 0 lacks bits"),
         ];

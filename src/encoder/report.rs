@@ -1,5 +1,6 @@
 //! What encoding has to tell.
 
+use crate::codec::edgebreaker::Bits;
 use crate::codec::keyframe::Written;
 use crate::codec::residue::ResidueCounts;
 use crate::container::Contents;
@@ -24,8 +25,12 @@ pub struct KeyframeBits {
     pub level: u32,
     /// Triangles of the level.
     pub triangles: u32,
-    /// Bits of its connectivity.
+    /// Bits of its connectivity, without the next two.
     pub connectivity: f64,
+    /// Bits of its boundary loops: of the triangles that close them.
+    pub loops: f64,
+    /// Bits of its handles.
+    pub handles: f64,
     /// Bits of its positions.
     pub positions: f64,
 }
@@ -74,9 +79,9 @@ impl Report {
     }
 
     pub(super) fn keyframe(&mut self, level: u32, written: &Written, triangles: u32) {
-        let connectivity = written.connectivity as f64 * 8.0;
-        let positions = written.payload.len() as f64 * 8.0 - connectivity;
-        self.keyframes.push(KeyframeBits { level, triangles, connectivity, positions });
+        let Bits { symbols: connectivity, loops, handles } = written.connectivity;
+        let positions = written.payload.len() as f64 * 8.0 - connectivity - loops - handles;
+        self.keyframes.push(KeyframeBits { level, triangles, connectivity, loops, handles, positions });
     }
 
     pub(super) fn finish(&mut self, contents: &Contents) {

@@ -1,5 +1,5 @@
 //! Unsigned integers in LEB128: seven bits a byte, low bits first, the high bit set on all but the last byte
-//! (spec §3.3). Every value has exactly one accepted form, its shortest.
+//! (spec §3). Every value has exactly one accepted form, its shortest.
 
 /// Most bytes of one integer.
 pub const MAX_BYTES: usize = 10;

@@ -8,7 +8,7 @@ use crate::mesh::{CornerTable, Vertex};
 pub struct ProgressiveMesh {
     /// Connectivity.
     pub table: CornerTable,
-    /// Lattice coordinates of each vertex, at full scale: at precision s the middle of a cell of side 2^s (spec §5.6).
+    /// Lattice coordinates of each vertex, at full scale: at precision s the middle of a cell of side 2^s (spec §2.4).
     pub positions: Vec<[i32; 3]>,
     /// Where walks start.
     pub roots: Roots,

@@ -85,8 +85,14 @@ impl Covering {
             sum += weight * squared;
             total += weight;
         };
+        // A vertex of the level has been moved to the lattice, and its triangles with it.
         for v in (0..positions.len() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some()) {
-            add(v, positions[v.index()].distance_squared(on_lattice(v)));
+            let p = positions[v.index()];
+            let distance = |t: Triangle| {
+                let [a, b, c] = table.triangle(t).map(on_lattice);
+                point_triangle_distance_squared(p, a, b, c)
+            };
+            add(v, table.fan(v).map(|c| distance(c.triangle())).fold(f64::INFINITY, f64::min));
         }
         for t in table.triangles() {
             let mut at = self.first[t.index()];

@@ -5,6 +5,7 @@ use crate::entropy::{BitCoder, CodingError};
 use crate::limits::Budget;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::Roots;
+use bitvec::vec::BitVec;
 
 /// A connectivity and its root edges.
 #[derive(Debug)]
@@ -46,6 +47,11 @@ pub fn decode<C: BitCoder>(
     budget: &mut Budget,
 ) -> Result<Connectivity, ConnectivityError> {
     let total = triangles as usize + boundary as usize;
+    if total as u64 * 3 >= u64::from(u32::MAX) {
+        return Err(ConnectivityError::Mesh(
+            "more triangles and boundary edges than corners have numbers".into(),
+        ));
+    }
     let mut models = Models::default();
     let mut builder = Builder::default();
     for number in 0..total {
@@ -69,8 +75,8 @@ pub fn decode<C: BitCoder>(
 
 /// Triangles that the budget is debited for at a time.
 const CHUNK: usize = 1 << 12;
-/// Per corner: opposite, next, previous, vertex, and the count.
-const BYTES_A_TRIANGLE: usize = 3 * 17;
+/// Per corner while building: opposite, next, previous and the count; when naming vertices: orbit, V and O; and a place a triangle.
+const BYTES_A_TRIANGLE: usize = 3 * (13 + 12) + 4;
 const FREE: u32 = u32::MAX;
 
 /// The surface so far, in reading order, bounded by loops of open edges. An edge is named by the corner opposite to it.
@@ -214,6 +220,10 @@ impl Builder {
         }
         let Self { opposites, starts, .. } = self;
         let triangles = opposites.len() / 3;
+        let mut is_first: BitVec = BitVec::repeat(false, triangles);
+        for start in &starts {
+            is_first.set(start.triangle().index(), true);
+        }
         // The writer's order is the reader's backwards.
         let mut orbit = vec![Vertex::NONE; opposites.len()];
         let mut caps = Vec::new();
@@ -222,13 +232,18 @@ impl Builder {
                 continue;
             }
             let v = Vertex(caps.len() as u32);
-            let (mut at, mut valence) = (c, 0);
+            let (mut at, mut valence, mut settled) = (c, 0, boundary == 0);
             while orbit[at.index()].is_none() {
                 orbit[at.index()] = v;
                 valence += 1;
+                settled |= is_first[at.triangle().index()];
+                settled |= [at.next(), at.prev()].iter().any(|c| {
+                    let w = orbit[c.index()];
+                    w.is_some() && w != v && caps[w.index()]
+                });
                 at = opposites[at.next().index()].next();
             }
-            caps.push(models.is_cap(coder, valence, false));
+            caps.push(!settled && models.is_cap(coder, valence, false));
             coder.check()?;
         }
         let is_cap = |t: usize| (0..3).any(|k| caps[orbit[3 * t + k].index()]);
@@ -261,6 +276,14 @@ impl Builder {
                 v.push(*name);
                 o.push(moved(opposites[k]));
             }
+        }
+        // Caps that touch each other, or a cap that is no disc, would leave other boundary edges than these, and perhaps pieces
+        // that no root edge leads to.
+        let open = o.iter().filter(|o| o.is_none()).count();
+        if open != boundary as usize {
+            return Err(ConnectivityError::Mesh(format!(
+                "caps leave {open} boundary edges instead of {boundary}"
+            )));
         }
         let table = CornerTable::from_parts(named as usize, v, o);
         table.check().map_err(|e| ConnectivityError::Mesh(e.to_string()))?;

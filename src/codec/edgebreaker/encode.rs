@@ -2,18 +2,35 @@
 
 use super::{Models, Symbol, cap};
 use crate::entropy::BitCoder;
-use crate::mesh::{Corner, CornerTable};
+use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::Roots;
 use bitvec::vec::BitVec;
 
+/// Bits that parts of a connectivity took.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Bits {
+    /// Symbols of the triangles of the mesh.
+    pub symbols: f64,
+    /// Symbols of the triangles of caps, and which vertices are their tips: the boundary loops.
+    pub loops: f64,
+    /// What closed the left sides of S: the handles.
+    pub handles: f64,
+}
+
 /// Writes the connectivity of `table`. The number of boundary edges must be told beside it, and the number of triangles.
-pub fn encode<C: BitCoder>(table: &CornerTable, roots: &Roots, coder: &mut C) {
+pub fn encode<C: BitCoder>(table: &CornerTable, roots: &Roots, coder: &mut C) -> Bits {
     let starts: Vec<Corner> = roots.corners(table).collect();
     let mut closed = table.clone();
     let first_cap = closed.vertex_slots();
     cap::close(&mut closed);
     let traversal = Traversal::new(&closed, &starts);
-    traversal.write(&closed, first_cap, coder);
+    let mut bits = traversal.write_symbols(table.slots(), coder);
+    if closed.slots() > table.slots() {
+        let before = coder.spent();
+        traversal.write_caps(&closed, first_cap, &starts, &mut Models::default(), coder);
+        bits.loops += coder.spent() - before;
+    }
+    bits
 }
 
 /// What the traversal meets, in its order.
@@ -86,28 +103,59 @@ impl Traversal {
         }
     }
 
-    fn write<C: BitCoder>(&self, table: &CornerTable, first_cap: usize, coder: &mut C) {
+    /// Writes the symbols, last first. Triangles from `first_cap` on belong to caps.
+    fn write_symbols<C: BitCoder>(&self, first_cap: usize, coder: &mut C) -> Bits {
         let mut models = Models::default();
         let mut reader = super::decode::Builder::default();
         let mut handles = self.handles.iter().rev().peekable();
+        let mut bits = Bits::default();
         for (number, &symbol) in self.symbols.iter().enumerate().rev() {
+            let before = coder.spent();
             // The builder is the reader's own; it gives the contexts.
             if let Some((count, last)) = reader.context() {
                 models.symbol(coder, count, last, Some(symbol));
             }
+            let is_cap = self.entries[number].triangle().index() >= first_cap;
+            *if is_cap { &mut bits.loops } else { &mut bits.symbols } += coder.spent() - before;
             let mut handle = None;
             if symbol == Symbol::S {
-                let known =
-                    handles.next_if(|h| h.0 == number as u32).map(|&(split, by, left)| (by - split, left));
+                let before = coder.spent();
+                let known = handles.next_if(|h| h.0 == number as u32);
+                let known = known.map(|&(split, by, left)| (by - split, left));
                 handle = models.handle(coder, known).expect("a distance between triangles is a number");
+                bits.handles += coder.spent() - before;
             }
             reader.add(symbol, handle).expect("the traversal of a closed manifold can be built again");
         }
+        bits
+    }
+
+    /// Writes which vertices are tips of caps, as far as that needs telling: those from `first_cap` on.
+    fn write_caps<C: BitCoder>(
+        &self,
+        table: &CornerTable,
+        first_cap: usize,
+        starts: &[Corner],
+        models: &mut Models,
+        coder: &mut C,
+    ) {
+        let is_cap = |v: Vertex| v.index() >= first_cap;
         let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
+        let mut is_first: BitVec = BitVec::repeat(false, table.slots());
+        for start in starts {
+            is_first.set(start.triangle().index(), true);
+        }
         for c in self.entries.iter().flat_map(|c| [*c, c.next(), c.prev()]) {
             let v = table.vertex(c);
-            if !seen.replace(v.index(), true) {
-                models.is_cap(coder, table.valence(v), v.index() >= first_cap);
+            if seen.replace(v.index(), true) {
+                continue;
+            }
+            let settled = |c: Corner| {
+                let beside = [c.next(), c.prev()].map(|c| table.vertex(c));
+                is_first[c.triangle().index()] || beside.iter().any(|&w| is_cap(w) && seen[w.index()])
+            };
+            if !table.fan(v).any(settled) {
+                models.is_cap(coder, table.valence(v), is_cap(v));
             }
         }
     }

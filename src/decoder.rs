@@ -159,6 +159,7 @@ impl Decoder {
                 return Ok(Some(event));
             }
             if self.ended {
+                self.swallow_rest()?;
                 return Ok(None);
             }
             if self.session.is_lowered() {
@@ -195,6 +196,15 @@ impl Decoder {
                 }
             }
         }
+    }
+
+    /// Bytes behind the end are counted, for [`Decoder::finish`] to tell, whichever push brought them.
+    fn swallow_rest(&mut self) -> Result<()> {
+        if let (false, Some(parser)) = (self.session.is_stopped(), self.parsers.front_mut()) {
+            parser.parse(&mut &self.pending[self.used..])?;
+            self.used = self.pending.len();
+        }
+        Ok(())
     }
 
     /// Says that no more bytes will come.

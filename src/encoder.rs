@@ -11,6 +11,7 @@ use crate::mesh::topology::{self, Conditioned, Weld};
 use crate::mesh::{IndexedMesh, Lattice, Vertex, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
 use crate::simplify::{self, Simplified};
+use bitvec::vec::BitVec;
 use levels::Levels;
 use std::io::Write;
 use std::time::Instant;
@@ -184,7 +185,9 @@ impl<'a> Encoder<'a> {
         self.report_progress(Stage::Condition, 1, 1)?;
         let conditioning = start.elapsed();
 
-        let simplified = self.simplify(&conditioned, &lattice)?;
+        let locked = self.locked(&conditioned);
+        let locked_vertices = locked.count_ones();
+        let simplified = self.simplify(&conditioned, locked, &lattice)?;
         let simplifying = start.elapsed() - conditioning;
 
         let quantised: Vec<[i32; 3]> = conditioned.positions.iter().map(|&p| lattice.quantise(p)).collect();
@@ -199,6 +202,8 @@ impl<'a> Encoder<'a> {
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file = FileBuilder::new(lattice, maximum, self.level_entries(&simplified, &levels, &lattice));
         let mut report = Report::new(&conditioned, &simplified, mesh.diagonal());
+        report.locked_vertices = locked_vertices;
+        report.residue = residue.counts();
         levels.add_to(&mut file, &mut report);
         if !residue.is_empty() {
             let walk = Walk::new(&levels.mesh().table, &levels.mesh().roots);
@@ -262,14 +267,24 @@ impl<'a> Encoder<'a> {
         Ok(())
     }
 
-    fn simplify(&mut self, conditioned: &Conditioned, lattice: &Lattice) -> Result<Simplified> {
-        let table = conditioned.table.clone();
-        let mut locked = conditioned.locked.clone();
+    /// The vertices that stay.
+    fn locked(&self, conditioned: &Conditioned) -> BitVec {
+        let (table, mut locked) = (&conditioned.table, conditioned.locked.clone());
         if self.options.lock_boundary {
             for v in (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.is_boundary(v)) {
                 locked.set(v.index(), true);
             }
         }
+        locked
+    }
+
+    fn simplify(
+        &mut self,
+        conditioned: &Conditioned,
+        locked: BitVec,
+        lattice: &Lattice,
+    ) -> Result<Simplified> {
+        let table = conditioned.table.clone();
         let options = self.options.simplify.clone();
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
         simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)

@@ -237,3 +237,21 @@ fn impossible_settings_and_meshes_are_refused() {
     assert_eq!(refused(small(), &broken), "triangle 7 names vertex 42 of 42");
     assert_eq!(refused(small(), &IndexedMesh::default()), "the mesh has no triangles");
 }
+
+#[test]
+fn bytes_behind_the_end_are_refused_whichever_push_brings_them() {
+    let file = Encoder::new(small()).encode_to_vec(&shapes::sphere(2)).unwrap();
+    let outcome = |pieces: &[&[u8]]| {
+        let mut decoder = Decoder::new(decoder::Options::default());
+        for piece in pieces {
+            decoder.push(piece);
+            while decoder.poll().unwrap().is_some() {}
+        }
+        decoder.finish().map_err(|e| e.to_string())
+    };
+    let at_once = outcome(&[&[&file[..], b"xyz"].concat()]);
+    assert!(at_once.as_ref().unwrap_err().contains("3 bytes behind the last atom"), "{at_once:?}");
+    assert_eq!(outcome(&[&file, b"xyz"]), at_once);
+    assert_eq!(outcome(&[&file, b"x", b"yz"]), at_once);
+    assert_eq!(outcome(&[&file]), Ok(()));
+}

@@ -33,6 +33,21 @@ pub struct Residue {
     pub triangles: Vec<[u32; 3]>,
 }
 
+/// How much a residue holds.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ResidueCounts {
+    /// Further triangles.
+    pub triangles: usize,
+    /// Groups of vertices sewn together.
+    pub groups: usize,
+    /// Vertices in those groups.
+    pub grouped_vertices: usize,
+    /// Triangles that the input had the other way round.
+    pub reversed_triangles: usize,
+    /// Further vertices.
+    pub extra_vertices: usize,
+}
+
 /// Largest magnitude of a lattice coordinate outside the cube.
 pub const MAX_OUTSIDE: i32 = 1 << 30;
 const NONE: u32 = u32::MAX;
@@ -63,6 +78,17 @@ impl Residue {
     /// Number of groups of vertices sewn together.
     pub fn group_count(&self) -> usize {
         self.groups.iter().filter(|&&g| g != NONE).max().map_or(0, |&g| g as usize + 1)
+    }
+
+    /// How much it holds.
+    pub fn counts(&self) -> ResidueCounts {
+        ResidueCounts {
+            triangles: self.triangles.len(),
+            groups: self.group_count(),
+            grouped_vertices: self.groups.iter().filter(|&&g| g != NONE).count(),
+            reversed_triangles: self.flipped.count_ones(),
+            extra_vertices: self.extras.len(),
+        }
     }
 
     /// Writes the residue of `mesh`, level 0, walked as `walk`.

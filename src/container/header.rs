@@ -191,7 +191,7 @@ fn limit(value: u32, allowed: u32, at: u64, name: &str) -> Result<(), FormatErro
 /// As in PNG: a high bit, a name, and line ends that a transfer as text would change.
 const MAGIC: [u8; 8] = *b"\x89UWM\r\n\x1A\n";
 /// The format version that this module reads and writes.
-const VERSION: u16 = 1;
+pub const VERSION: u16 = 1;
 
 #[cfg(test)]
 mod tests {

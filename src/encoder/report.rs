@@ -2,6 +2,7 @@
 
 use crate::codec::edgebreaker::Bits;
 use crate::codec::keyframe::Written;
+use crate::codec::residue::ResidueCounts;
 use crate::container::Contents;
 use crate::mesh::topology::{Conditioned, ConditioningReport};
 use crate::simplify::{LevelError, Simplified};
@@ -43,6 +44,10 @@ pub struct Report {
     pub diagonal: f64,
     /// Distance of each level from the input, by number, the base last.
     pub errors: Vec<LevelError>,
+    /// Vertices that had to stay: copies of cut vertices, and the boundary where it was locked.
+    pub locked_vertices: usize,
+    /// What the residue holds.
+    pub residue: ResidueCounts,
     /// Bytes of the file.
     pub bytes: u64,
     /// Bits of the base.

@@ -94,7 +94,7 @@ pub fn simplify(
     let positions: Vec<_> = positions.iter().map(|&p| frame.inside(p)).collect();
     let mut remover = Remover::new(table, positions, locked, options);
     let start = remover.vertices;
-    let target = options.base_vertices.unwrap_or_else(|| (start / 100).max(500));
+    let target = options.base_vertices.unwrap_or_else(|| default_base_vertices(start));
     let mut errors = vec![remover.covering.error(&remover.table, &remover.positions, &frame)];
     let mut random = SplitMix64::new(options.seed);
     let mut report = |vertices: usize| {
@@ -118,6 +118,11 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     Ok(Simplified { base: remover.table, history: remover.history, errors })
+}
+
+/// Vertices to stop at for a mesh of so many vertices, where [`Options::base_vertices`] is not given.
+pub fn default_base_vertices(vertices: usize) -> usize {
+    (vertices / 100).max(500)
 }
 
 /// Removals between two calls of the progress callback.

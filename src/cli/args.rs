@@ -1,0 +1,190 @@
+//! Arguments that several commands share, and how their values are read.
+
+use clap::ValueEnum;
+use std::path::Path;
+use unweld::encoder::Keyframes;
+use unweld::mesh::topology;
+use unweld::simplify;
+
+/// How the next vertex is chosen.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Method {
+    /// The best of some random vertices
+    Stellar,
+    /// The best of all, by a priority queue
+    Ffc,
+}
+
+/// Which vertices are one.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Weld {
+    /// Those with equal coordinates
+    Exact,
+    /// Those with the same index
+    None,
+}
+
+/// How to simplify.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Simplification")]
+pub struct Simplification {
+    /// How the next vertex to remove is chosen
+    #[arg(long, value_enum, default_value = "stellar")]
+    pub method: Method,
+    /// Weight of the distance from the surface
+    #[arg(long, value_name = "A", default_value_t = simplify::Options::default().alpha, value_parser = weight)]
+    pub alpha: f64,
+    /// Weight of the shape of the triangles
+    #[arg(long, value_name = "B", default_value_t = simplify::Options::default().beta, value_parser = weight)]
+    pub beta: f64,
+    /// Random vertices that `stellar` compares
+    #[arg(long, value_name = "D", default_value_t = simplify::Options::default().choices,
+          value_parser = clap::value_parser!(u32).range(1..))]
+    pub choices: u32,
+    /// Keep every vertex of the boundary
+    #[arg(long)]
+    pub lock_boundary: bool,
+    /// Which vertices of the input are one
+    #[arg(long, value_enum, default_value = "exact")]
+    pub weld: Weld,
+    /// Seed of the random choices
+    #[arg(long, value_name = "S", default_value_t = 0)]
+    pub seed: u64,
+}
+
+impl Simplification {
+    /// For the library.
+    pub fn options(&self, base_vertices: Option<usize>) -> simplify::Options {
+        simplify::Options {
+            method: match self.method {
+                Method::Stellar => simplify::Method::Stellar,
+                Method::Ffc => simplify::Method::Ffc,
+            },
+            alpha: self.alpha,
+            beta: self.beta,
+            choices: self.choices,
+            base_vertices,
+            seed: self.seed,
+            ..simplify::Options::default()
+        }
+    }
+
+    /// For the library.
+    pub fn weld(&self) -> topology::Weld {
+        match self.weld {
+            Weld::Exact => topology::Weld::Exact,
+            Weld::None => topology::Weld::None,
+        }
+    }
+
+    /// Names and values, as they are given.
+    pub fn settings(&self) -> Vec<(String, String)> {
+        let named = |name: &str, value: String| (name.to_owned(), value);
+        vec![
+            named("method", value_name(&self.method)),
+            named("alpha", self.alpha.to_string()),
+            named("beta", self.beta.to_string()),
+            named("choices", self.choices.to_string()),
+            named("lock-boundary", self.lock_boundary.to_string()),
+            named("weld", value_name(&self.weld)),
+            named("seed", self.seed.to_string()),
+        ]
+    }
+}
+
+/// Whether a path stands for standard input or output.
+pub fn is_stream(path: &Path) -> bool {
+    path.as_os_str() == "-"
+}
+
+/// How far a mesh may be from the original.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Tolerance {
+    /// In the units of the mesh.
+    Absolute(f64),
+    /// In percent of the diagonal of the bounding box.
+    Percent(f64),
+}
+
+/// `0.01` or `0.5%`.
+pub fn tolerance(text: &str) -> Result<Tolerance, String> {
+    let (number, kind): (_, fn(f64) -> Tolerance) = match text.strip_suffix('%') {
+        Some(number) => (number.trim_end(), Tolerance::Percent),
+        None => (text, Tolerance::Absolute),
+    };
+    match number.parse::<f64>() {
+        Ok(x) if x >= 0.0 && x.is_finite() => Ok(kind(x)),
+        _ => Err("a length such as 0.01, or a part of the diagonal such as 0.5%".to_owned()),
+    }
+}
+
+/// A number of bytes, in units of 1024 with a suffix: `100000`, `512M`, `2G`.
+pub fn size(text: &str) -> Result<u64, String> {
+    let shift = match text.bytes().last().map(|b| b.to_ascii_uppercase()) {
+        Some(b'K') => 10,
+        Some(b'M') => 20,
+        Some(b'G') => 30,
+        _ => 0,
+    };
+    let digits = if shift > 0 { &text[..text.len() - 1] } else { text };
+    let size = digits.parse::<u64>().ok().and_then(|n| n.checked_mul(1 << shift));
+    size.ok_or_else(|| "a number of bytes such as 100000, 512M or 2G".to_owned())
+}
+
+/// `none`, `all`, `every:N` or levels separated by commas.
+pub fn keyframes(text: &str) -> Result<Keyframes, String> {
+    let levels = || text.split(',').map(|level| level.trim().parse()).collect::<Result<Vec<u32>, _>>();
+    match (text, text.strip_prefix("every:").map(str::parse)) {
+        ("none", _) => Ok(Keyframes::None),
+        ("all", _) => Ok(Keyframes::All),
+        (_, Some(Ok(n))) if n > 0 => Ok(Keyframes::Every(n)),
+        (_, None) if levels().is_ok() => Ok(Keyframes::Levels(levels().unwrap_or_default())),
+        _ => Err("none, all, every:N with N of 1 or more, or level numbers separated by commas".to_owned()),
+    }
+}
+
+/// A finite number of at least 0.
+fn weight(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(x) if x >= 0.0 && x.is_finite() => Ok(x),
+        _ => Err("a number of at least 0".to_owned()),
+    }
+}
+
+fn value_name(value: &impl ValueEnum) -> String {
+    value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!(["0", "7", "2k", "512M", "3G"].map(size), [0, 7, 2048, 512 << 20, 3 << 30].map(Ok));
+        for text in ["", "K", "-1", "1.5G", "1T", "99999999999G", "é"] {
+            assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn tolerances() {
+        assert_eq!(tolerance("0.5"), Ok(Tolerance::Absolute(0.5)));
+        assert_eq!(tolerance("0.5%"), Ok(Tolerance::Percent(0.5)));
+        assert_eq!(tolerance("2 %"), Ok(Tolerance::Percent(2.0)));
+        for text in ["", "%", "-1", "nan", "inf%", "1%%"] {
+            assert!(tolerance(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn keyframe_choices() {
+        assert_eq!(keyframes("none"), Ok(Keyframes::None));
+        assert_eq!(keyframes("all"), Ok(Keyframes::All));
+        assert_eq!(keyframes("every:3"), Ok(Keyframes::Every(3)));
+        assert_eq!(keyframes("4,2"), Ok(Keyframes::Levels(vec![4, 2])));
+        for text in ["", "every:0", "every:", "every:x", "1,,2", "-1", "some"] {
+            assert!(keyframes(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,261 @@
+//! `unweld decode`: from a `.uwm` file, or as much of it as is wanted, to a foreign mesh.
+
+use super::args::{Tolerance, size, tolerance};
+use super::describe::diagonal;
+use super::failure::Usage;
+use super::numbers::{count, grouped, of_diagonal};
+use super::output::{MeshFormat, Output, remark};
+use super::progress::Progress;
+use super::uwm::Uwm;
+use anyhow::{Context, bail};
+use clap::ValueEnum;
+use std::fs;
+use std::path::{Path, PathBuf};
+use unweld::codec::walk::Walk;
+use unweld::container::{Plan, Want, plan};
+use unweld::decoder::{Decoder, Event, Until};
+use unweld::mesh::IndexedMesh;
+
+/// Decode a .uwm file to PLY or OBJ: all of it, or as much as a wanted quality takes
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// The file, - for standard input
+    #[arg(value_name = "IN.uwm")]
+    input: PathBuf,
+    /// The mesh to write, .ply or .obj, - for PLY on standard output
+    #[arg(short, long, value_name = "OUT", required_unless_present = "all_levels")]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    quality: Quality,
+    /// Where to start: from the base, or from the keyframe next to the wanted level
+    #[arg(long, value_enum, default_value = "replay")]
+    via: Via,
+    /// Write every level on the way to DIR/level-J.ply (or .obj, if OUT is)
+    #[arg(long, value_name = "DIR")]
+    all_levels: Option<PathBuf>,
+    /// Most memory to use, in bytes or with a suffix K, M, G
+    #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
+    max_memory: u64,
+    /// Nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// How much is wanted; everything, where nothing is said.
+#[derive(clap::Args)]
+#[group(multiple = false)]
+struct Quality {
+    /// Level J, of which 0 is the finest
+    #[arg(long, value_name = "J")]
+    level: Option<u32>,
+    /// As fine as possible with at most N triangles
+    #[arg(long, value_name = "N")]
+    faces: Option<u32>,
+    /// The coarsest level with at most this error: a length, or a part of the diagonal such as 0.5%
+    #[arg(long, value_name = "E", value_parser = tolerance)]
+    error: Option<Tolerance>,
+    /// What the first B bytes hold
+    #[arg(long, value_name = "B", value_parser = size)]
+    prefix_bytes: Option<u64>,
+    /// The base and K operations
+    #[arg(long, value_name = "K")]
+    operations: Option<u64>,
+}
+
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+enum Via {
+    Replay,
+    Keyframe,
+}
+
+/// What to decode: a plan, or all the file; and where to stop.
+struct Way {
+    plan: Option<Plan>,
+    until: Until,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of reading, decoding and writing, and where the file has no such quality.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    check(args)?;
+    let format = args.output.as_deref().map_or(Ok(MeshFormat::Ply), MeshFormat::of)?;
+    let output = args.output.as_deref().map(Output::new).transpose()?;
+    let folder = args.all_levels.as_deref();
+    if let Some(folder) = folder {
+        fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    let mut uwm = Uwm::open(&args.input, args.max_memory)?;
+    let way = way(args, &mut uwm)?;
+    let mut progress = Progress::new(args.quiet);
+    let mut write_level = |decoder: &Decoder, event: &Event| match (event, folder) {
+        // Level 0 is not complete before its residue.
+        (Event::Level { level: 1.., .. }, Some(folder)) => write_level(decoder, folder, format),
+        _ => Ok(()),
+    };
+    let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut write_level)?;
+    drop(progress);
+    if let (Some(folder), Some(0)) = (folder, decoder.level()) {
+        self::write_level(&decoder, folder, format)?;
+    }
+    if let Some(faces) = args.quality.faces {
+        remark_on_faces(args.quiet, &uwm.name, &decoder, faces);
+    }
+    let Some(output) = output else { return Ok(()) };
+    let mesh = mesh(&decoder, args.quality.faces)?;
+    output.write(|out| format.write(&mesh, Some(&uwm.contents.header.lattice), out))?;
+    if args.quiet {
+        return Ok(());
+    }
+    let text = reached(&mut uwm, &decoder)?;
+    output.say(&format!(
+        "{}: {}, {}\n  {text}\n",
+        output.name,
+        count(mesh.positions.len() as u64, "vertex"),
+        count(mesh.triangles.len() as u64, "triangle"),
+    ))
+}
+
+/// Keyframes lead to levels alone.
+fn check(args: &Args) -> anyhow::Result<()> {
+    let Quality { faces, prefix_bytes, operations, .. } = &args.quality;
+    let partial = [
+        ("--faces", faces.is_some()),
+        ("--prefix-bytes", prefix_bytes.is_some()),
+        ("--operations", operations.is_some()),
+    ];
+    match partial.iter().find(|(_, given)| *given && args.via == Via::Keyframe) {
+        Some((name, _)) => Err(Usage(format!("--via keyframe leads to a level, not to {name}")).into()),
+        None => Ok(()),
+    }
+}
+
+/// From what is wanted to what that takes.
+fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
+    let contents = uwm.contents.clone();
+    let quality = &args.quality;
+    let base = contents.base_level();
+    if let Some(bytes) = quality.prefix_bytes {
+        let there = bytes.min(uwm.length()?);
+        if there < contents.base_end() {
+            bail!("{}: the base needs {} bytes, {there} are there", uwm.name, contents.base_end());
+        }
+        return Ok(Way { plan: Some(plan(&contents, Want::PrefixBytes(there))), until: Until::default() });
+    }
+    if let Some(operations) = quality.operations {
+        let most = u64::from(contents.header.vertices - contents.header.base_vertices);
+        if operations > most {
+            bail!("{}: there are {most} operations, {operations} cannot be carried out", uwm.name);
+        }
+        // All of them are level 0, with what belongs to it.
+        let operations = if operations == most { u64::MAX } else { operations };
+        return Ok(Way { plan: None, until: Until { operations, ..Until::default() } });
+    }
+    if let Some(triangles) = quality.faces {
+        return Ok(Way { plan: None, until: Until { triangles, ..Until::default() } });
+    }
+    let level = match (quality.level, quality.error) {
+        (Some(level), _) if level > base => {
+            bail!("{}: there is no level {level}: the levels are 0 (finest) to {base} (base)", uwm.name)
+        }
+        (Some(level), _) => level,
+        (_, Some(tolerance)) => {
+            let most = match tolerance {
+                Tolerance::Absolute(error) => error,
+                Tolerance::Percent(percent) => {
+                    percent / 100.0 * diagonal(&contents, uwm.metadata()?.as_ref())
+                }
+            };
+            let finest = contents.levels.first().map_or(0.0, |level| level.max_error);
+            if finest > most {
+                let text = format!(
+                    "{}: level 0 has an error of {finest:.3e}, above the {most:.3e} wanted",
+                    uwm.name
+                );
+                remark(args.quiet, &text);
+            }
+            plan(&contents, Want::MaxError(most)).level
+        }
+        _ => 0,
+    };
+    let until = Until { level, ..Until::default() };
+    let plan = match args.via {
+        Via::Keyframe => Some(uwm.plan_from_keyframe(level)),
+        // Level 0 takes the whole file, and all its checksums with it.
+        Via::Replay if level == 0 => None,
+        Via::Replay => Some(plan(&contents, Want::Level(level))),
+    };
+    Ok(Way { plan, until })
+}
+
+fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat) -> anyhow::Result<()> {
+    let (Some(level), Some(contents)) = (decoder.level(), decoder.contents()) else { return Ok(()) };
+    let mesh = decoder.assembled()?;
+    let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())))?;
+    output.write(|out| format.write(&mesh, Some(&contents.header.lattice), out))
+}
+
+/// The mesh to write: without the triangles of the residue, where there are too many with them.
+fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<IndexedMesh> {
+    let fits = |residue: usize| {
+        faces.is_none_or(|most| decoder.mesh().table.triangle_count() + residue <= most as usize)
+    };
+    match (decoder.residue(), decoder.contents()) {
+        (Some(residue), Some(contents)) if !fits(residue.triangles.len()) => {
+            let mut residue = residue.clone();
+            residue.triangles.clear();
+            let walk = Walk::new(&decoder.mesh().table, &decoder.mesh().roots);
+            Ok(residue.assemble(decoder.mesh(), &walk, &contents.header.lattice))
+        }
+        _ => Ok(decoder.assembled()?),
+    }
+}
+
+fn remark_on_faces(quiet: bool, name: &str, decoder: &Decoder, faces: u32) {
+    let triangles = decoder.mesh().table.triangle_count();
+    if triangles > faces as usize {
+        let text = format!(
+            "{name}: the base has {} triangles, more than {}",
+            grouped(triangles as u64),
+            grouped(faces)
+        );
+        remark(quiet, &text);
+    }
+}
+
+/// Where decoding ended.
+fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
+    let contents = uwm.contents.clone();
+    let (Some(level), base) = (decoder.level(), contents.base_level()) else {
+        bail!("{}: there is no mesh", uwm.name);
+    };
+    let Some(entry) = contents.level(level) else { bail!("{}: there is no level {level}", uwm.name) };
+    let diagonal = diagonal(&contents, uwm.metadata().unwrap_or_default().as_ref());
+    let error = of_diagonal(entry.max_error, diagonal);
+    let vertices = decoder.mesh().positions.len() as u32;
+    let done = vertices.saturating_sub(entry.vertices);
+    let next = level.checked_sub(1).and_then(|finer| contents.level(finer)).filter(|_| done > 0);
+    Ok(match next {
+        None if level == 0 => format!("level 0 of {base}, everything there is; error at most {error}"),
+        None => format!("level {level} of {base}; error at most {error}"),
+        Some(finer) => format!(
+            "level {level} of {base} and {} of the {} operations to level {}; error of level {level} at most {error}",
+            grouped(done),
+            grouped(finer.vertices - entry.vertices),
+            level - 1,
+        ),
+    })
+}
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld decode bunny.uwm -o bunny.ply
+  unweld decode bunny.uwm -o bunny.obj --faces 5000
+  unweld decode bunny.uwm -o coarse.ply --error 0.5%
+  unweld decode bunny.uwm -o early.ply --prefix-bytes 20K
+  unweld decode bunny.uwm --all-levels levels/
+  curl -s https://example.org/bunny.uwm | unweld decode - -o bunny.obj
+
+--prefix-bytes and --max-memory take suffixes K, M, G.";

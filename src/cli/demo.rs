@@ -1,0 +1,110 @@
+//! `unweld demo`: what it does, on a mesh of its own making.
+
+use super::describe::Description;
+use super::encode::{self, Encoded};
+use super::numbers::{count, grouped};
+use super::output::{MeshFormat, Output, say};
+use super::progress::Progress;
+use super::uwm::Uwm;
+use super::verify;
+use anyhow::Context;
+use std::fs;
+use std::path::{Path, PathBuf};
+use unweld::container::Contents;
+use unweld::decoder::{Event, Until};
+use unweld::encoder::{Keyframes, Options};
+use unweld::formats::{Coordinates, Format, Source};
+use unweld::mesh::{IndexedMesh, shapes};
+use unweld::render::{View, render, write_png};
+
+/// Make a mesh, encode it, verify it, and draw three of its levels
+#[derive(clap::Args)]
+pub struct Args {
+    /// The folder for the files
+    #[arg(short, long, value_name = "DIR", default_value = "unweld-demo")]
+    output: PathBuf,
+    /// No progress bar
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of writing.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let folder = &args.output;
+    fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    let path = |name: &str| folder.join(name);
+    let outputs =
+        [Output::new(&path("demo.ply"))?, Output::new(&path("demo.uwm"))?, Output::new(&path("demo.png"))?];
+    let [ply, uwm_file, picture] = &outputs;
+
+    let mesh = shapes::bumpy_sphere(SUBDIVISIONS, SEED);
+    ply.write(|out| MeshFormat::Ply.write(&mesh, None, out))?;
+    let triangles = count(mesh.triangles.len() as u64, "triangle");
+    say(&format!("Made a mesh of {triangles}: {}\n\n", ply.name))?;
+
+    let mut progress = Progress::new(args.quiet);
+    let source =
+        Source { mesh, format: Format::Ply, polygons: 0, coordinates: Coordinates::Float64, dropped: vec![] };
+    let options = Options { keyframes: Keyframes::Every(KEYFRAME_DISTANCE), ..Options::default() };
+    let settings = vec![("keyframes".to_owned(), format!("every:{KEYFRAME_DISTANCE}"))];
+    let encoded = encode::encode(&source, Path::new("demo.ply"), options, settings, &mut progress)?;
+    let Encoded { file, report } = encoded;
+    uwm_file.write(|out| out.write_all(&file))?;
+    let mut uwm = Uwm::in_memory(file, &uwm_file.name)?;
+    let description =
+        Description { metadata: uwm.metadata()?, contents: uwm.contents.clone(), residue: report.residue };
+    say(&format!("Encoded it: {}\n{}\n", uwm_file.name, encode::report_text(&description, &report)))?;
+
+    let mut lines = vec!["Verified it:".to_owned()];
+    let decoded = verify::check(&mut uwm, &mut progress, &mut lines)?;
+    verify::compare(&uwm, &decoded, &source.mesh, &ply.name, &mut lines)?;
+    say(&format!("{}\n\n", lines.join("\n  ")))?;
+
+    let levels = shown(&uwm.contents);
+    let meshes = decode_levels(&mut uwm, &levels, &mut progress)?;
+    let view = View { width: 2100, height: 720, turn_degrees: 25.0, tilt_degrees: 20.0, wireframe: true };
+    let drawn = render(&meshes.iter().collect::<Vec<_>>(), &view)?;
+    picture.write(|mut out| write_png(&drawn, &mut out))?;
+    drop(progress);
+    let counts: Vec<String> = meshes.iter().map(|mesh| grouped(mesh.triangles.len() as u64)).collect();
+    let file = &uwm_file.name;
+    say(&format!(
+        "Drew its levels of {} triangles: {}\n\nNow try\n  unweld info {file}\n  \
+         unweld decode {file} -o coarse.obj --faces 2000\n  \
+         unweld decode {file} -o early.ply --prefix-bytes 20K\n",
+        counts.join(", "),
+        picture.name,
+    ))
+}
+
+/// Three levels whose sizes are far apart, coarse to fine.
+fn shown(contents: &Contents) -> Vec<u32> {
+    let far = |triangles: u32, wanted: f64| (f64::from(triangles.max(1)) / wanted).ln().abs();
+    let next_to = |wanted: f64| {
+        let levels = (0..=contents.base_level()).zip(&contents.levels);
+        let nearest =
+            levels.min_by(|(_, x), (_, y)| far(x.triangles, wanted).total_cmp(&far(y.triangles, wanted)));
+        nearest.map_or(0, |(number, _)| number)
+    };
+    let finest = f64::from(contents.header.triangles);
+    vec![next_to(finest / 64.0), next_to(finest / 8.0), 0]
+}
+
+fn decode_levels(uwm: &mut Uwm, levels: &[u32], progress: &mut Progress) -> anyhow::Result<Vec<IndexedMesh>> {
+    let mut meshes = Vec::new();
+    uwm.decode(None, Until::default(), progress, &mut |decoder, event| {
+        if matches!(event, Event::Level { level, .. } if levels.contains(level)) {
+            meshes.push(decoder.assembled()?);
+        }
+        Ok(())
+    })?;
+    Ok(meshes)
+}
+
+/// 81,920 triangles.
+const SUBDIVISIONS: u32 = 6;
+const SEED: u64 = 4;
+const KEYFRAME_DISTANCE: u32 = 6;

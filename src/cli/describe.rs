@@ -1,0 +1,232 @@
+//! What there is to say about a file, for people and for programs.
+
+use super::numbers::{count, grouped, of_diagonal, percent, significant, table};
+use serde_json::{Map, Value, json};
+use std::fmt::Write;
+use std::sync::Arc;
+use unweld::codec::residue::ResidueCounts;
+use unweld::container::{Contents, Metadata, VERSION};
+
+/// A file as its header, table of contents, metadata and residue tell of it.
+pub struct Description {
+    /// Header and table of contents.
+    pub contents: Arc<Contents>,
+    /// Metadata, if the file has any.
+    pub metadata: Option<Metadata>,
+    /// What level 0 has beyond the manifold.
+    pub residue: ResidueCounts,
+}
+
+impl Description {
+    /// Vertices that a full decode gives.
+    pub fn vertices(&self) -> u64 {
+        let sewn = self.residue.grouped_vertices - self.residue.groups;
+        u64::from(self.contents.header.vertices) + self.residue.extra_vertices as u64 - sewn as u64
+    }
+
+    /// Triangles that a full decode gives.
+    pub fn triangles(&self) -> u64 {
+        u64::from(self.contents.header.triangles) + self.residue.triangles as u64
+    }
+
+    /// The diagonal of the input's bounding box; that of the lattice where the metadata do not tell.
+    pub fn diagonal(&self) -> f64 {
+        diagonal(&self.contents, self.metadata.as_ref())
+    }
+
+    /// One JSON object; errors in the units of the mesh and in percent of the diagonal.
+    pub fn json(&self) -> Map<String, Value> {
+        let header = &self.contents.header;
+        let object = json!({
+            "format_version": VERSION,
+            "generator": self.metadata.as_ref().map(|m| &m.generator),
+            "file_bytes": self.contents.file_bytes(),
+            "vertices": self.vertices(),
+            "triangles": self.triangles(),
+            "manifold": { "vertices": header.vertices, "triangles": header.triangles },
+            "lattice": {
+                "origin": header.lattice.origin,
+                "step": header.lattice.step,
+                "bits": header.lattice.bits,
+            },
+            "exact": false,
+            "levels": self.levels().map(|level| self.level_json(&level)).collect::<Vec<_>>(),
+            "keyframes": self.keyframes().map(|(level, bytes)| json!({
+                "level": level, "offset": bytes.start, "bytes": bytes.end - bytes.start,
+            })).collect::<Vec<_>>(),
+            "residue": {
+                "bytes": self.residue_bytes(),
+                "triangles": self.residue.triangles,
+                "stitched_groups": self.residue.groups,
+                "reversed_triangles": self.residue.reversed_triangles,
+                "extra_vertices": self.residue.extra_vertices,
+            },
+            "input": self.metadata.as_ref().map(|m| json!({
+                "source": m.source,
+                "float32": m.source_float32,
+                "diagonal": m.diagonal,
+                "conditioning": m.conditioning.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
+                "dropped": m.dropped,
+                "settings": m.settings.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
+            })),
+        });
+        match object {
+            Value::Object(map) => map,
+            _ => Map::new(),
+        }
+    }
+
+    fn level_json(&self, level: &LevelLine) -> Value {
+        let entry = self.contents.levels[level.number as usize];
+        let rms_error = f64::from(entry.rms_error);
+        json!({
+            "level": level.number,
+            "vertices": entry.vertices,
+            "triangles": entry.triangles,
+            "precision": entry.precision,
+            "offset": level.offset,
+            "bytes": level.bytes,
+            "cumulative_bytes": level.offset + level.bytes,
+            "max_error": entry.max_error,
+            "rms_error": rms_error,
+            "max_error_percent": percent(entry.max_error, self.diagonal()),
+            "rms_error_percent": percent(rms_error, self.diagonal()),
+        })
+    }
+
+    /// The levels as a table, coarse to fine.
+    pub fn table(&self) -> String {
+        let relative = self.diagonal() > 0.0;
+        let unit = if relative { " %" } else { "" };
+        let error = |x: f64| significant(percent(x, self.diagonal()).unwrap_or(x), 3) + unit;
+        let heads = ["level", "vertices", "triangles", "bytes", "up to here", "max error", "rms error", ""];
+        let mut lines = vec![heads.map(str::to_owned).to_vec()];
+        let base = self.contents.base_level();
+        for level in self.levels() {
+            let entry = self.contents.levels[level.number as usize];
+            let mark = match self.contents.keyframe(level.number) {
+                _ if level.number == base => "base",
+                Some(_) => "key ",
+                None => "",
+            };
+            lines.push(vec![
+                level.number.to_string(),
+                grouped(entry.vertices),
+                grouped(entry.triangles),
+                grouped(level.bytes),
+                grouped(level.offset + level.bytes),
+                error(entry.max_error),
+                error(f64::from(entry.rms_error)),
+                mark.to_owned(),
+            ]);
+        }
+        table(&lines).lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+    }
+
+    /// Mesh, topology, lattice, residue and what was dropped, a line each.
+    pub fn summary(&self) -> String {
+        let header = &self.contents.header;
+        let mut out = String::new();
+        let mut line = |head: &str, text: &str| {
+            let _ = writeln!(out, "  {head:<11}{text}");
+        };
+        line(
+            "mesh",
+            &format!("{}, {}", count(self.vertices(), "vertex"), count(self.triangles(), "triangle")),
+        );
+        if self.residue != ResidueCounts::default() {
+            let manifold =
+                format!("{}, {}", count(header.vertices, "vertex"), count(header.triangles, "triangle"));
+            line("manifold", &manifold);
+            line("residue", &self.residue_text());
+        }
+        if let Some(metadata) = &self.metadata {
+            let told =
+                |name: &str| metadata.conditioning.iter().find(|(n, _)| n == name).map_or(0, |&(_, n)| n);
+            let topology = [
+                count(told("components"), "component"),
+                count(told("handles"), "handle"),
+                match told("boundary_edges") {
+                    0 => "no boundary".to_owned(),
+                    n => {
+                        format!("{} of {}", count(told("boundary_loops"), "boundary loop"), count(n, "edge"))
+                    }
+                },
+            ];
+            line("topology", &topology.join(", "));
+            let found: Vec<String> = FINDINGS
+                .iter()
+                .filter(|(name, ..)| told(name) > 0)
+                .map(|(name, noun, done)| count(told(name), noun) + done)
+                .collect();
+            line("found", &if found.is_empty() { "a manifold".to_owned() } else { found.join(", ") });
+            if !metadata.dropped.is_empty() {
+                line("dropped", &metadata.dropped.join(", "));
+            }
+        }
+        let lattice = &header.lattice;
+        let step = of_diagonal(lattice.step, self.diagonal());
+        line("lattice", &format!("{} bits a coordinate, step {step}", lattice.bits));
+        out
+    }
+
+    fn residue_text(&self) -> String {
+        let ResidueCounts { triangles, groups, reversed_triangles, extra_vertices, .. } = self.residue;
+        let parts = [
+            (triangles, "triangle"),
+            (groups, "stitched group"),
+            (reversed_triangles, "reversed triangle"),
+            (extra_vertices, "extra vertex"),
+        ];
+        let parts: Vec<_> = parts.iter().filter(|(n, _)| *n > 0).map(|(n, noun)| count(*n, noun)).collect();
+        format!("{} ({})", parts.join(", "), count(self.residue_bytes(), "byte"))
+    }
+
+    /// Keyframes but the base: level and bytes.
+    fn keyframes(&self) -> impl Iterator<Item = (u32, std::ops::Range<u64>)> + '_ {
+        let contents = &self.contents;
+        contents.segments().filter_map(|j| Some((j, contents.bytes(contents.keyframe(j)?))))
+    }
+
+    fn residue_bytes(&self) -> u64 {
+        let bytes = self.contents.bytes(self.contents.residue());
+        bytes.end - bytes.start
+    }
+
+    /// Coarse to fine.
+    fn levels(&self) -> impl Iterator<Item = LevelLine> + '_ {
+        (0..self.contents.header.level_count).rev().map(|number| {
+            let bytes = self.contents.bytes(self.contents.steps(number));
+            LevelLine { number, offset: bytes.start, bytes: bytes.end - bytes.start }
+        })
+    }
+}
+
+/// The diagonal of the input's bounding box; that of the lattice where the metadata do not tell.
+pub fn diagonal(contents: &Contents, metadata: Option<&Metadata>) -> f64 {
+    metadata.map_or_else(
+        || {
+            let extent = contents.header.maximum.map(|m| f64::from(m) * contents.header.lattice.step);
+            extent.iter().fold(0.0f64, |sum, x| sum.hypot(*x))
+        },
+        |m| m.diagonal,
+    )
+}
+
+struct LevelLine {
+    number: u32,
+    offset: u64,
+    bytes: u64,
+}
+
+/// What conditioning found: its name in the metadata, in words, and what was done.
+const FINDINGS: [(&str, &str, &str); 8] = [
+    ("welded_vertices", "repeated vertex", " (welded)"),
+    ("isolated_vertices", "isolated vertex", ""),
+    ("degenerate_triangles", "degenerate triangle", ""),
+    ("repeated_triangles", "repeated triangle", ""),
+    ("nonmanifold_edges", "non-manifold edge", " (cut)"),
+    ("nonorientable_edges", "non-orientable edge", " (cut)"),
+    ("nonmanifold_vertices", "non-manifold vertex", " (cut)"),
+    ("reoriented_triangles", "reversed triangle", ""),
+];

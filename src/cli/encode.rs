@@ -1,0 +1,270 @@
+//! `unweld encode`: from a foreign mesh to a `.uwm` file.
+
+use super::args::{Simplification, keyframes, size};
+use super::describe::Description;
+use super::failure::Usage;
+use super::input;
+use super::numbers::{count, grouped, memory, significant};
+use super::output::{Output, remark, say};
+use super::progress::Progress;
+use super::uwm::Uwm;
+use anyhow::Context;
+use serde_json::{Map, Value, json};
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
+use unweld::formats::{self, Coordinates};
+use unweld::mesh::Lattice;
+use unweld::simplify;
+
+/// Encode a mesh (PLY or OBJ, also gzip-compressed) as a .uwm file
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// The mesh, - for standard input
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// The file to write, - for standard output
+    #[arg(short, long, value_name = "OUT.uwm")]
+    output: PathBuf,
+    /// Bits a coordinate
+    #[arg(long, value_name = "N", default_value_t = Options::default().position_bits,
+          value_parser = clap::value_parser!(u32).range(i64::from(Lattice::MIN_BITS)..=i64::from(Lattice::MAX_BITS)))]
+    position_bits: u32,
+    /// Vertices of the base; the larger of 1 % and 500 where not given
+    #[arg(long, value_name = "N")]
+    base_vertices: Option<usize>,
+    /// Levels to jump to: none, all, every:N, or level numbers separated by commas
+    #[arg(long, value_name = "LEVELS", default_value = "none", value_parser = keyframes)]
+    keyframes: Keyframes,
+    /// Most memory to use, in bytes or with a suffix K, M, G
+    #[arg(long, value_name = "M", value_parser = size)]
+    max_memory: Option<u64>,
+    /// One JSON object on standard output instead of text
+    #[arg(long)]
+    json: bool,
+    /// No progress bar and no report
+    #[arg(long, short)]
+    quiet: bool,
+    #[command(flatten)]
+    simplification: Simplification,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of reading, encoding and writing.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let output = Output::new(&args.output)?;
+    if args.json && output.is_stream() {
+        return Err(Usage("--json and -o - both want standard output".to_owned()).into());
+    }
+    let start = Instant::now();
+    let mut progress = Progress::new(args.quiet);
+    let source = input::read(&args.input)?;
+    let read = start.elapsed().as_secs_f64();
+    let encoded = encode(&source, &args.input, options(args), settings(args), &mut progress)?;
+    let start = Instant::now();
+    output.write(|out| out.write_all(&encoded.file))?;
+    let write = start.elapsed().as_secs_f64();
+    drop(progress);
+
+    let Encoded { file, report } = encoded;
+    let mut uwm = Uwm::in_memory(file, &output.name)?;
+    let description =
+        Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
+    let warnings = warnings(args, &description, &report);
+    if args.json {
+        let mut object = description.json();
+        add_report(&mut object, &description, &report, [read, write], &warnings);
+        return say(&format!("{:#}\n", Value::Object(object)));
+    }
+    for warning in &warnings {
+        remark(args.quiet, warning);
+    }
+    if args.quiet {
+        return Ok(());
+    }
+    let head = format!("{} -> {}\n", input::name(&args.input), output.name);
+    let body = report_text(&description, &report);
+    let times = times(&report, [read, write]);
+    output.say(&format!("{head}{body}{times}"))
+}
+
+/// A file and how it came about.
+pub struct Encoded {
+    /// Its bytes.
+    pub file: Vec<u8>,
+    /// What the encoder tells.
+    pub report: Report,
+}
+
+/// Encodes in memory: nothing is written before all has gone well.
+///
+/// # Errors
+/// Those of the encoder, with the name of the input.
+pub fn encode(
+    source: &formats::Source,
+    path: &Path,
+    options: Options,
+    settings: Vec<(String, String)>,
+    progress: &mut Progress,
+) -> anyhow::Result<Encoded> {
+    let mut encoder = Encoder::new(options);
+    encoder.source(Source {
+        name: input::file_name(path),
+        dropped: source.dropped.clone(),
+        float32: source.coordinates == Coordinates::Float32,
+        settings,
+    });
+    encoder.on_progress(|p| {
+        let stage = match p.stage {
+            Stage::Condition => "condition",
+            Stage::Simplify => "simplify",
+            Stage::Code => "code",
+        };
+        progress.update(stage, p.done, p.total);
+        true
+    });
+    let mut file = Vec::new();
+    let report = encoder.encode(&source.mesh, &mut file).with_context(|| input::name(path))?;
+    Ok(Encoded { file, report })
+}
+
+/// The description and what the encoding took, in bits a vertex.
+pub fn report_text(description: &Description, report: &Report) -> String {
+    let per_vertex = |bits: f64| significant(bits / description.vertices().max(1) as f64, 3);
+    let parts: Vec<String> = parts(report)
+        .iter()
+        .filter(|(_, bits)| *bits > 0.0)
+        .map(|(name, bits)| format!("{name} {}", per_vertex(*bits)))
+        .collect();
+    format!(
+        "{}\n{}\n  {:<11}{}, {} bits a vertex ({})\n",
+        description.summary(),
+        description.table(),
+        "file",
+        count(report.bytes, "byte"),
+        per_vertex(report.bytes as f64 * 8.0),
+        parts.join(", "),
+    )
+}
+
+fn options(args: &Args) -> Options {
+    Options {
+        position_bits: args.position_bits,
+        simplify: args.simplification.options(args.base_vertices),
+        keyframes: args.keyframes.clone(),
+        lock_boundary: args.simplification.lock_boundary,
+        weld: args.simplification.weld(),
+        max_memory: args.max_memory.unwrap_or(u64::MAX),
+        ..Options::default()
+    }
+}
+
+/// Names and values as they are given on the command line.
+fn settings(args: &Args) -> Vec<(String, String)> {
+    let keyframes = match &args.keyframes {
+        Keyframes::None => "none".to_owned(),
+        Keyframes::All => "all".to_owned(),
+        Keyframes::Every(n) => format!("every:{n}"),
+        Keyframes::Levels(levels) => levels.iter().map(u32::to_string).collect::<Vec<_>>().join(","),
+    };
+    let mut settings = vec![
+        ("position-bits".to_owned(), args.position_bits.to_string()),
+        ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
+        ("keyframes".to_owned(), keyframes),
+    ];
+    settings.extend(args.simplification.settings());
+    settings
+}
+
+/// What the user may not have expected.
+fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<String> {
+    let header = &description.contents.header;
+    let mut warnings = Vec::new();
+    let wanted =
+        args.base_vertices.unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize));
+    if header.base_vertices as usize > wanted {
+        warnings.push(format!(
+            "the base has {}, {} wanted: {} locked, the others hold the topology together",
+            count(header.base_vertices, "vertex"),
+            grouped(wanted as u64),
+            match report.locked_vertices {
+                0 => "no vertex is".to_owned(),
+                1 => "1 vertex is".to_owned(),
+                n => format!("{} vertices are", grouped(n as u64)),
+            },
+        ));
+    }
+    if let Keyframes::Levels(levels) = &args.keyframes {
+        let base = description.contents.base_level();
+        let beyond: Vec<String> = levels.iter().filter(|&&level| level > base).map(u32::to_string).collect();
+        if !beyond.is_empty() {
+            warnings.push(format!("no keyframe at level {}: the base is level {base}", beyond.join(", ")));
+        }
+    }
+    warnings
+}
+
+fn times(report: &Report, [read, write]: [f64; 2]) -> String {
+    let seconds = &report.seconds;
+    format!(
+        "  {:<11}read {read:.2} s, condition {:.2} s, simplify {:.2} s, code {:.2} s, write {write:.2} s\n  {:<11}{}\n",
+        "time",
+        seconds.condition,
+        seconds.simplify,
+        seconds.code,
+        "memory",
+        memory(crate::MEMORY.peak_usage() as u64),
+    )
+}
+
+/// Where the bits went.
+fn parts(report: &Report) -> [(&'static str, f64); 6] {
+    [
+        ("connectivity", report.connectivity_bits),
+        ("geometry", report.position_bits),
+        ("base", report.base_bits),
+        ("residue", report.residue_bits),
+        ("keyframes", report.keyframe_bits),
+        ("other", report.other_bits),
+    ]
+}
+
+fn add_report(
+    object: &mut Map<String, Value>,
+    description: &Description,
+    report: &Report,
+    [read, write]: [f64; 2],
+    warnings: &[String],
+) {
+    let vertices = description.vertices().max(1) as f64;
+    let bits: Map<String, Value> = parts(report).map(|(n, b)| (n.to_owned(), json!(b))).into_iter().collect();
+    let total = json!(report.bytes as f64 * 8.0 / vertices);
+    let per_vertex = parts(report).map(|(n, b)| (n.to_owned(), json!(b / vertices))).into_iter();
+    let per_vertex: Map<String, Value> = per_vertex.chain([("total".to_owned(), total)]).collect();
+    let seconds = &report.seconds;
+    object.insert("bits".to_owned(), Value::Object(bits));
+    object.insert("bits_per_vertex".to_owned(), Value::Object(per_vertex));
+    object.insert(
+        "seconds".to_owned(),
+        json!({
+            "read": read,
+            "condition": seconds.condition,
+            "simplify": seconds.simplify,
+            "code": seconds.code,
+            "write": write,
+        }),
+    );
+    object.insert("peak_bytes".to_owned(), json!(crate::MEMORY.peak_usage()));
+    object.insert("locked_vertices".to_owned(), json!(report.locked_vertices));
+    object.insert("warnings".to_owned(), json!(warnings));
+}
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld encode bunny.ply -o bunny.uwm
+  unweld encode bunny.ply.gz -o bunny.uwm --position-bits 12 --keyframes every:4
+  unweld encode - -o - < bunny.obj > bunny.uwm
+  unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex";

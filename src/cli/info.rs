@@ -1,0 +1,76 @@
+//! `unweld info`: what a file holds.
+
+use super::args::size;
+use super::describe::Description;
+use super::numbers::{count, grouped};
+use super::output::say;
+use super::progress::Progress;
+use super::uwm::Uwm;
+use std::path::PathBuf;
+use unweld::codec::residue::{Residue, ResidueCounts};
+use unweld::decoder::Until;
+
+/// Tell what a .uwm file holds: levels, their bytes and errors, keyframes, where it comes from
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// The file, - for standard input
+    #[arg(value_name = "IN.uwm")]
+    input: PathBuf,
+    /// One JSON object instead of text
+    #[arg(long)]
+    json: bool,
+    /// No progress bar
+    #[arg(long, short)]
+    quiet: bool,
+    /// Most memory to use, in bytes or with a suffix K, M, G
+    #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
+    max_memory: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of reading the file.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let mut uwm = Uwm::open(&args.input, args.max_memory)?;
+    let description = describe(&mut uwm, &mut Progress::new(args.quiet))?;
+    if args.json {
+        return say(&format!("{:#}\n", serde_json::Value::Object(description.json())));
+    }
+    let mut text = format!("{}: {}", uwm.name, count(uwm.contents.file_bytes(), "byte"));
+    text += &format!(", format version {}", unweld::container::VERSION);
+    if let Some(metadata) = &description.metadata {
+        text += &format!(", by {} from {}", metadata.generator, metadata.source);
+    }
+    text += &format!("\n{}", description.summary());
+    if let Some(metadata) = description.metadata.as_ref().filter(|m| !m.settings.is_empty()) {
+        let settings: Vec<_> =
+            metadata.settings.iter().map(|(name, value)| format!("{name} {value}")).collect();
+        text += &format!("  {:<11}{}\n", "settings", settings.join(", "));
+    }
+    text += &format!("\n{}", description.table());
+    let operations = uwm.contents.header.vertices - uwm.contents.header.base_vertices;
+    text += &format!("\n  {} operations between base and level 0\n", grouped(operations));
+    say(&text)
+}
+
+/// Reads the metadata, and the residue if there is one, which takes the mesh of level 0.
+///
+/// # Errors
+/// Those of reading the file.
+pub fn describe(uwm: &mut Uwm, progress: &mut Progress) -> anyhow::Result<Description> {
+    let metadata = uwm.metadata()?;
+    let mut residue = ResidueCounts::default();
+    if !uwm.contents.residue().is_empty() {
+        let plan = uwm.plan_from_keyframe(0);
+        let decoder = uwm.decode(Some(&plan), Until::default(), progress, &mut |_, _| Ok(()))?;
+        residue = decoder.residue().map(Residue::counts).unwrap_or_default();
+    }
+    Ok(Description { contents: uwm.contents.clone(), metadata, residue })
+}
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld info bunny.uwm
+  unweld info bunny.uwm --json | jq '.levels[] | [.level, .cumulative_bytes, .max_error_percent]'";

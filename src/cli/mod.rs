@@ -1,0 +1,66 @@
+//! The command line: arguments and composition. A file for each command, and what several of them need.
+
+mod args;
+mod decode;
+mod demo;
+mod describe;
+mod encode;
+mod failure;
+mod info;
+mod input;
+mod numbers;
+mod output;
+mod progress;
+mod simplify;
+mod triangles;
+mod uwm;
+mod verify;
+
+use clap::{Parser, Subcommand};
+use std::process::ExitCode;
+
+#[derive(Parser)]
+#[command(version, about = "Progressive triangle meshes: small files whose every prefix is a mesh")]
+#[command(after_help = EXAMPLES, max_term_width = 100, arg_required_else_help = true)]
+struct Cli {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    Encode(encode::Args),
+    Decode(decode::Args),
+    Info(info::Args),
+    Verify(verify::Args),
+    Simplify(simplify::Args),
+    Demo(demo::Args),
+}
+
+/// Runs the command of the process's arguments. The exit code is 0 where all went well, 1 where the data are at
+/// fault, 2 where the arguments are.
+pub fn run() -> ExitCode {
+    let outcome = match Cli::parse().command {
+        Command::Encode(args) => encode::run(&args),
+        Command::Decode(args) => decode::run(&args),
+        Command::Info(args) => info::run(&args),
+        Command::Verify(args) => verify::run(&args),
+        Command::Simplify(args) => simplify::run(&args),
+        Command::Demo(args) => demo::run(&args),
+    };
+    match outcome {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => failure::report(&error),
+    }
+}
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld demo                                  see what it does
+  unweld encode bunny.ply -o bunny.uwm         simplify and code
+  unweld decode bunny.uwm -o bunny.obj         everything back
+  unweld decode bunny.uwm -o - --faces 5000    a coarser mesh, as PLY on standard output
+  unweld info bunny.uwm                        its levels, their bytes and errors
+  unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
+
+Exit codes: 0 all went well, 1 the data are at fault, 2 the arguments are.";

@@ -1,0 +1,230 @@
+//! Where results go: to a file, all of it or nothing, or to standard output.
+
+use super::args::is_stream;
+use super::failure::{Usage, note};
+use anyhow::Context;
+use std::fs;
+use std::io::{self, IsTerminal, Write};
+use std::path::{Path, PathBuf};
+use unweld::formats::{Precision, write_obj, write_ply};
+use unweld::mesh::{IndexedMesh, Lattice};
+
+/// A place that can be written to.
+pub struct Output {
+    /// The file to replace or to write to; `None` for standard output.
+    file: Option<PathBuf>,
+    /// What it is called in messages.
+    pub name: String,
+    /// Whether the file is replaced by renaming: not where it is a device or a pipe.
+    replaced: bool,
+}
+
+impl Output {
+    /// Sees whether the path can be written to, before any work is done for it.
+    ///
+    /// # Errors
+    /// Where it cannot, or where it is standard output and that is a terminal.
+    pub fn new(path: &Path) -> anyhow::Result<Self> {
+        if is_stream(path) {
+            if io::stdout().is_terminal() {
+                let what = "standard output is a terminal: name a file with -o, or redirect it";
+                return Err(Usage(what.to_owned()).into());
+            }
+            return Ok(Self { file: None, name: "standard output".to_owned(), replaced: false });
+        }
+        let name = path.display().to_string();
+        // A link stays, and what it leads to is replaced.
+        let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
+        let replaced = fs::metadata(&file).map_or(true, |existing| existing.is_file() || existing.is_dir());
+        let output = Self { file: Some(file.clone()), name, replaced };
+        if replaced {
+            let test = || {
+                if file.is_dir() {
+                    return Err(io::ErrorKind::IsADirectory.into());
+                }
+                output.temporary(&file).map(drop)
+            };
+            test().with_context(|| output.name.clone())?;
+        }
+        Ok(output)
+    }
+
+    /// Whether this is standard output.
+    pub fn is_stream(&self) -> bool {
+        self.file.is_none()
+    }
+
+    /// Writes; a file becomes visible once all of it is written, until then an older one stays as it is.
+    ///
+    /// # Errors
+    /// Those of the medium and of `content`, with the name.
+    pub fn write(&self, content: impl FnOnce(&mut dyn Write) -> io::Result<()>) -> anyhow::Result<()> {
+        let write = || match &self.file {
+            None => {
+                let mut out = io::stdout().lock();
+                content(&mut out)?;
+                out.flush()
+            }
+            Some(file) if self.replaced => {
+                let mut temporary = self.temporary(file)?;
+                content(&mut temporary)?;
+                temporary.flush()?;
+                temporary.persist(file).map_err(|e| plain(e.error))?;
+                Ok(())
+            }
+            Some(file) => {
+                let mut file = fs::OpenOptions::new().write(true).open(file)?;
+                content(&mut file)?;
+                file.flush()
+            }
+        };
+        write().with_context(|| self.name.clone())
+    }
+
+    /// A file of another name in the same folder.
+    fn temporary(&self, file: &Path) -> io::Result<tempfile::NamedTempFile> {
+        let folder = match file.parent() {
+            Some(folder) if folder != Path::new("") => folder,
+            _ => Path::new("."),
+        };
+        fs::metadata(folder)?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".unweld-");
+        #[cfg(unix)]
+        {
+            use std::os::unix::fs::PermissionsExt;
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        builder.tempfile_in(folder).map_err(plain)
+    }
+
+    /// Tells the user something: on standard output, or on standard error where that is taken by the result.
+    ///
+    /// # Errors
+    /// As [`say`].
+    pub fn say(&self, text: &str) -> anyhow::Result<()> {
+        if self.is_stream() {
+            let _ = io::stderr().write_all(text.as_bytes());
+            return Ok(());
+        }
+        say(text)
+    }
+}
+
+/// A foreign mesh format to write.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MeshFormat {
+    Ply,
+    Obj,
+}
+
+impl MeshFormat {
+    /// What the name ends in; PLY for standard output.
+    ///
+    /// # Errors
+    /// [`Usage`] for any other end.
+    pub fn of(path: &Path) -> anyhow::Result<Self> {
+        let extension = path.extension().map(|e| e.to_ascii_lowercase());
+        match extension.as_ref().and_then(|e| e.to_str()) {
+            _ if is_stream(path) => Ok(Self::Ply),
+            Some("ply") => Ok(Self::Ply),
+            Some("obj") => Ok(Self::Obj),
+            _ => Err(Usage(format!("{}: the name must end in .ply or .obj", path.display())).into()),
+        }
+    }
+
+    /// As the end of a name.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Ply => "ply",
+            Self::Obj => "obj",
+        }
+    }
+
+    /// Writes a mesh; a PLY file in binary32 where that keeps every coordinate, on the lattice if one is given.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write(
+        self,
+        mesh: &IndexedMesh,
+        lattice: Option<&Lattice>,
+        mut out: &mut dyn Write,
+    ) -> io::Result<()> {
+        match self {
+            Self::Ply if fits_binary32(mesh, lattice) => write_ply(mesh, Precision::Float32, &mut out),
+            Self::Ply => write_ply(mesh, Precision::Float64, &mut out),
+            Self::Obj => write_obj(mesh, &mut out),
+        }
+    }
+}
+
+/// Writes text to standard output. Nobody reading it any more is no fault.
+///
+/// # Errors
+/// Those of the medium.
+pub fn say(text: &str) -> anyhow::Result<()> {
+    let mut out = io::stdout().lock();
+    match out.write_all(text.as_bytes()).and_then(|()| out.flush()) {
+        Err(e) if e.kind() != io::ErrorKind::BrokenPipe => Err(e).context("standard output"),
+        _ => Ok(()),
+    }
+}
+
+/// Tells the user something by the way, on standard error.
+pub fn remark(quiet: bool, text: &str) {
+    if !quiet {
+        note(text);
+    }
+}
+
+/// Whether every coordinate survives: as the same point of the lattice, or else exactly.
+fn fits_binary32(mesh: &IndexedMesh, lattice: Option<&Lattice>) -> bool {
+    let survives = |x: f64, k: usize| {
+        let rounded = f64::from(x as f32);
+        rounded == x
+            || lattice.is_some_and(|lattice| {
+                let point = lattice.unclamped(x, k);
+                // Beyond this, positions are kept exactly, not as points of the lattice.
+                lattice.step > 0.0 && point.abs() <= MOST && point == lattice.unclamped(rounded, k)
+            })
+    };
+    mesh.positions.iter().all(|p| (0..3).all(|k| survives(p[k], k)))
+}
+
+const MOST: f64 = unweld::codec::residue::MAX_OUTSIDE as f64;
+
+/// What the system said, without the temporary name.
+fn plain(error: io::Error) -> io::Error {
+    if error.get_ref().is_some() { error.kind().into() } else { error }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn binary32_where_it_keeps_the_lattice() {
+        let lattice = Lattice::over([1000.0, 0.0, 0.0], [1001.0, 1.0, 1.0], 12);
+        let mesh = |x| IndexedMesh::new(vec![[x, 0.5, 0.25]], vec![]);
+        // 1000.1 is no binary32 number; its neighbours are 6e-5 apart, points of the lattice 2.4e-4.
+        assert!(fits_binary32(&mesh(1000.1), Some(&lattice)));
+        assert!(!fits_binary32(&mesh(1000.1), None));
+        assert!(fits_binary32(&mesh(1000.5), None));
+        // At 20 bits points are 9.5e-7 apart.
+        let lattice = Lattice::over([1000.0, 0.0, 0.0], [1001.0, 1.0, 1.0], 20);
+        assert!(!fits_binary32(&mesh(1000.1), Some(&lattice)));
+        let point = Lattice::over([0.1; 3], [0.1; 3], 12);
+        assert!(!fits_binary32(&mesh(0.1), Some(&point)));
+        assert!(!fits_binary32(&mesh(1e300), Some(&lattice)));
+    }
+
+    #[test]
+    fn the_end_of_the_name_tells_the_format() {
+        let of = |name: &str| MeshFormat::of(Path::new(name)).ok();
+        assert_eq!(of("a.PLY"), Some(MeshFormat::Ply));
+        assert_eq!(of("b.c/a.obj"), Some(MeshFormat::Obj));
+        assert_eq!(of("-"), Some(MeshFormat::Ply));
+        assert_eq!(["a", "a.stl", "a.ply.gz", ".ply"].map(of), [None; 4]);
+    }
+}

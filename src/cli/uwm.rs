@@ -1,0 +1,173 @@
+//! A `.uwm` file: its contents at once, the rest as far as it is wanted.
+
+use super::args::is_stream;
+use super::input;
+use super::progress::Progress;
+use anyhow::{Context, anyhow};
+use std::fs::File;
+use std::io::{self, Cursor, Read, Seek, SeekFrom};
+use std::ops::Range;
+use std::path::Path;
+use std::sync::Arc;
+use unweld::Error;
+use unweld::container::{Contents, Metadata, Parsed, Parser, Part, Plan, plan_from_keyframe};
+use unweld::decoder::{Decoder, Event, Options, Until};
+use unweld::limits::Limits;
+
+/// Header and table of contents are known and checked; all other bytes are still in the file.
+pub struct Uwm {
+    /// What it is called in messages.
+    pub name: String,
+    /// Header and table of contents.
+    pub contents: Arc<Contents>,
+    bytes: Box<dyn ReadSeek>,
+    limits: Limits,
+}
+
+trait ReadSeek: Read + Seek {}
+impl<T: Read + Seek> ReadSeek for T {}
+
+impl Uwm {
+    /// Opens a file; decoding it may take so many bytes of `memory`.
+    ///
+    /// # Errors
+    /// Those of the medium, and where header or table of contents are at fault; all with the name of the file.
+    pub fn open(path: &Path, memory: u64) -> anyhow::Result<Self> {
+        let name = input::name(path);
+        let file = if is_stream(path) { None } else { Some(File::open(path).with_context(|| name.clone())?) };
+        let bytes: Box<dyn ReadSeek> = match file {
+            Some(file) if file.metadata().is_ok_and(|file| file.is_file()) => Box::new(file),
+            // Standard input and pipes only go forward.
+            _ => Box::new(Cursor::new(input::read_bytes(path)?)),
+        };
+        Self::over(bytes, name, memory)
+    }
+
+    /// A file in memory.
+    ///
+    /// # Errors
+    /// Where header or table of contents are at fault, with the name.
+    pub fn in_memory(bytes: Vec<u8>, name: &str) -> anyhow::Result<Self> {
+        Self::over(Box::new(Cursor::new(bytes)), name.to_owned(), DEFAULT_MEMORY)
+    }
+
+    fn over(mut bytes: Box<dyn ReadSeek>, name: String, memory: u64) -> anyhow::Result<Self> {
+        let contents = read_contents(&mut *bytes).with_context(|| name.clone())?;
+        let limits = Limits { memory, ..Limits::default() };
+        Ok(Self { name, contents, bytes, limits })
+    }
+
+    /// Bytes that are there, whatever the table of contents says.
+    ///
+    /// # Errors
+    /// Those of the medium.
+    pub fn length(&mut self) -> anyhow::Result<u64> {
+        self.bytes.seek(SeekFrom::End(0)).with_context(|| self.name.clone())
+    }
+
+    /// The metadata, if the file has any.
+    ///
+    /// # Errors
+    /// As [`Uwm::decode`].
+    pub fn metadata(&mut self) -> anyhow::Result<Option<Metadata>> {
+        let mut plan = plan_from_keyframe(&self.contents, self.contents.base_level());
+        plan.parts = vec![self.part(self.contents.metadata())];
+        let decoder =
+            self.decode(Some(&plan), Until::default(), &mut Progress::new(true), &mut |_, _| Ok(()))?;
+        Ok(decoder.metadata().cloned())
+    }
+
+    /// The way to a level by a keyframe; at level 0 with the residue.
+    pub fn plan_from_keyframe(&self, level: u32) -> Plan {
+        let mut plan = plan_from_keyframe(&self.contents, level);
+        if level == 0 && !self.contents.residue().is_empty() {
+            plan.parts.push(self.part(self.contents.residue()));
+        }
+        plan
+    }
+
+    /// Some consecutive atoms.
+    pub fn part(&self, atoms: Range<usize>) -> Part {
+        Part { bytes: self.contents.bytes(atoms.clone()), atoms }
+    }
+
+    /// Decodes a plan, or the whole file and all its checksums without one, until it is through or stopped. `heard` is told of every event.
+    ///
+    /// # Errors
+    /// Those of the medium and of the decoder, with the name of the file; those of `heard`.
+    pub fn decode(
+        &mut self,
+        plan: Option<&Plan>,
+        until: Until,
+        progress: &mut Progress,
+        heard: &mut dyn FnMut(&Decoder, &Event) -> anyhow::Result<()>,
+    ) -> anyhow::Result<Decoder> {
+        let options = Options { limits: self.limits, until, ..Options::default() };
+        let mut decoder = match plan {
+            Some(plan) => Decoder::of_plan(self.contents.clone(), plan, options),
+            None => Decoder::new(options),
+        };
+        let runs: Vec<Range<u64>> = match plan {
+            Some(plan) => plan.parts.iter().map(|part| part.bytes.clone()).collect(),
+            None => std::iter::once(0..u64::MAX).collect(),
+        };
+        let total = plan.map_or(self.contents.file_bytes(), Plan::byte_count);
+        let mut done = 0;
+        let mut chunk = Vec::with_capacity(CHUNK as usize);
+        for run in runs {
+            self.bytes.seek(SeekFrom::Start(run.start)).with_context(|| self.name.clone())?;
+            let mut rest = (&mut self.bytes).take(run.end - run.start);
+            loop {
+                chunk.clear();
+                (&mut rest).take(CHUNK).read_to_end(&mut chunk).with_context(|| self.name.clone())?;
+                if chunk.is_empty() {
+                    break;
+                }
+                decoder.push(&chunk);
+                while let Some(event) = decoder.poll().map_err(|e| fault(&self.name, e))? {
+                    heard(&decoder, &event)?;
+                    if event == Event::Stopped {
+                        return Ok(decoder);
+                    }
+                }
+                done += chunk.len() as u64;
+                progress.update("decode", done, total);
+            }
+        }
+        decoder.finish().map_err(|e| fault(&self.name, e))?;
+        Ok(decoder)
+    }
+}
+
+/// Memory for decoding, unless told otherwise.
+pub const DEFAULT_MEMORY: u64 = 4 << 30;
+
+fn read_contents(bytes: &mut dyn ReadSeek) -> anyhow::Result<Arc<Contents>> {
+    let mut parser = Parser::new();
+    let mut chunk = Vec::new();
+    loop {
+        let missing = match parser.parse(&mut &chunk[..]).map_err(Error::from)? {
+            Parsed::Contents(contents) => return Ok(contents),
+            Parsed::NeedMore(missing) => missing,
+            _ => return Err(anyhow!("there is no table of contents")),
+        };
+        chunk.clear();
+        (&mut *bytes).take(missing as u64).read_to_end(&mut chunk)?;
+        if chunk.is_empty() {
+            parser.finish().map_err(Error::from)?;
+            return Err(io::Error::from(io::ErrorKind::UnexpectedEof).into());
+        }
+    }
+}
+
+fn fault(name: &str, error: Error) -> anyhow::Error {
+    let more_helps = matches!(error, Error::Limit { what: "memory in bytes", .. });
+    let error = anyhow::Error::from(error);
+    if more_helps {
+        return anyhow!("{name}: {error} (--max-memory allows more)");
+    }
+    error.context(name.to_owned())
+}
+
+/// Bytes read at a time.
+const CHUNK: u64 = 64 << 10;

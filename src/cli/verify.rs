@@ -1,0 +1,213 @@
+//! `unweld verify`: is a file sound, do its roads lead to the same meshes, and is it the mesh it came from?
+
+use super::args::size;
+use super::input;
+use super::numbers::{count, grouped};
+use super::output::say;
+use super::progress::Progress;
+use super::triangles::{Fingerprint, difference};
+use super::uwm::Uwm;
+use anyhow::{anyhow, bail};
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use unweld::container::{Plan, plan_from_keyframe};
+use unweld::decoder::{Decoder, Event, Until};
+use unweld::mesh::topology::{Census, census};
+use unweld::mesh::{IndexedMesh, Lattice};
+
+/// Check a .uwm file: checksums, every level, every keyframe; with ORIGINAL, that it holds the same triangles
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// The file, - for standard input
+    #[arg(value_name = "IN.uwm")]
+    input: PathBuf,
+    /// The mesh it was made from
+    original: Option<PathBuf>,
+    /// Most memory to use, in bytes or with a suffix K, M, G
+    #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
+    max_memory: u64,
+    /// Nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of reading; the first check that fails.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let mut uwm = Uwm::open(&args.input, args.max_memory)?;
+    let mut progress = Progress::new(args.quiet);
+    let mut lines = vec![format!("{}:", uwm.name)];
+    let checked = check(&mut uwm, &mut progress, &mut lines);
+    let checked = checked.and_then(|mesh| match &args.original {
+        Some(original) => {
+            let source = input::read(original)?;
+            compare(&uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
+        }
+        None => Ok(()),
+    });
+    drop(progress);
+    if !args.quiet {
+        say(&(lines.join("\n  ") + "\n"))?;
+    }
+    checked
+}
+
+/// Checks a file; `lines` gets what was found in order. Returns the mesh of level 0.
+///
+/// # Errors
+/// The first check that fails, with the name of the file.
+pub fn check(uwm: &mut Uwm, progress: &mut Progress, lines: &mut Vec<String>) -> anyhow::Result<IndexedMesh> {
+    let contents = uwm.contents.clone();
+    let lattice = contents.header.lattice;
+    let name = uwm.name.clone();
+    let mut prints = BTreeMap::new();
+    let mut topology: Option<Census> = None;
+    let mut levels = 0u32;
+    let decoder = uwm.decode(None, Until::default(), progress, &mut |decoder, event| {
+        if let Event::Level { level, .. } = *event {
+            let census =
+                sound(decoder, level, topology).map_err(|what| anyhow!("{name}: level {level}: {what}"))?;
+            topology = Some(census);
+            levels += 1;
+            if level == 0 || contents.starts_segment(level) {
+                prints.insert(level, Fingerprint::of_level(decoder.mesh(), &lattice));
+            }
+        }
+        Ok(())
+    })?;
+    lines.push(format!(
+        "checksums   {} in {}: right",
+        count(contents.atoms.len() as u64, "atom"),
+        count(contents.file_bytes(), "byte")
+    ));
+    lines.push(format!(
+        "replay      {} in {}: carried out",
+        count(decoder.operations(), "operation"),
+        count(levels, "level")
+    ));
+    if let Some(census) = topology {
+        lines.push(format!(
+            "manifold    every level: {}, {}, {}",
+            count(census.components as u64, "component"),
+            count(census.handles as u64, "handle"),
+            count(census.boundary_loops as u64, "boundary loop"),
+        ));
+    }
+    let mesh = decoder.assembled()?;
+    drop(decoder);
+    keyframes(uwm, progress, &prints, &mesh, lines)?;
+    Ok(mesh)
+}
+
+/// Connectivity, counts and topology of a level; `before` is the topology of the coarser ones.
+fn sound(decoder: &Decoder, level: u32, before: Option<Census>) -> Result<Census, String> {
+    let mesh = decoder.mesh();
+    mesh.table.check().map_err(|e| e.to_string())?;
+    if let Some(entry) = decoder.contents().and_then(|contents| contents.level(level)) {
+        let (vertices, triangles) = (mesh.positions.len(), mesh.table.triangle_count());
+        if (vertices, triangles) != (entry.vertices as usize, entry.triangles as usize) {
+            let told = format!("{} vertices and {} triangles", entry.vertices, entry.triangles);
+            return Err(format!("{vertices} vertices and {triangles} triangles, the table says {told}"));
+        }
+    }
+    let now = census(&mesh.table);
+    let constant = |c: &Census| (c.components, c.handles, c.boundary_loops);
+    match before.filter(|before| constant(before) != constant(&now)) {
+        Some(before) => Err(format!("its topology is {now:?}, that of coarser levels {before:?}")),
+        None => Ok(now),
+    }
+}
+
+/// From each keyframe to the next: both roads must lead to the same triangles.
+fn keyframes(
+    uwm: &mut Uwm,
+    progress: &mut Progress,
+    prints: &BTreeMap<u32, Fingerprint>,
+    mesh: &IndexedMesh,
+    lines: &mut Vec<String>,
+) -> anyhow::Result<()> {
+    let contents = uwm.contents.clone();
+    let (name, lattice) = (uwm.name.clone(), contents.header.lattice);
+    let starts: Vec<u32> = contents.segments().filter(|&level| contents.keyframe(level).is_some()).collect();
+    for (k, &start) in starts.iter().enumerate() {
+        let end = starts.get(k + 1).copied().unwrap_or(0);
+        let plan = segment(uwm, start, end);
+        let decoder = uwm.decode(Some(&plan), Until::default(), progress, &mut |decoder, event| match *event {
+            Event::Level { level, .. } if level == start || level == end => {
+                if prints.get(&level) == Some(&Fingerprint::of_level(decoder.mesh(), &lattice)) {
+                    return Ok(());
+                }
+                bail!("{name}: level {level} from the keyframe of level {start} is not what the replay gives")
+            }
+            _ => Ok(()),
+        })?;
+        if end == 0 && Fingerprint::of(&decoder.assembled()?) != Fingerprint::of(mesh) {
+            bail!("{name}: the residue from the keyframe of level {start} is not what the replay gives");
+        }
+    }
+    let text = match starts.len() {
+        0 => "none but the base".to_owned(),
+        n => format!("{}: they and what follows from them as by replay", grouped(n as u64)),
+    };
+    lines.push(format!("keyframes   {text}"));
+    Ok(())
+}
+
+/// The way from the keyframe of level `start` to level `end`, whether that has a keyframe or not; at level 0 with the
+/// residue.
+fn segment(uwm: &Uwm, start: u32, end: u32) -> Plan {
+    let contents = &uwm.contents;
+    let mut runs = vec![contents.keyframe(start).unwrap_or(0..0)];
+    if start > end {
+        runs.push(contents.steps(start - 1).start..contents.steps(end).end);
+    }
+    if end == 0 && !contents.residue().is_empty() {
+        runs.push(contents.residue());
+    }
+    let parts = runs.into_iter().map(|atoms| uwm.part(atoms)).collect();
+    Plan { start, parts, ..plan_from_keyframe(contents, end) }
+}
+
+/// Whether the mesh is `original`, on the lattice of the file.
+///
+/// # Errors
+/// How they differ, with the name of the file.
+pub fn compare(
+    uwm: &Uwm,
+    mesh: &IndexedMesh,
+    original: &IndexedMesh,
+    original_name: &str,
+    lines: &mut Vec<String>,
+) -> anyhow::Result<()> {
+    let lattice = &uwm.contents.header.lattice;
+    let original = quantised(original, lattice);
+    if Fingerprint::of(mesh) == Fingerprint::of(&original) {
+        let triangles = count(original.triangles.len() as u64, "triangle");
+        lines.push(format!(
+            "original    {original_name}: the same {triangles}, to the lattice of {} bits",
+            lattice.bits
+        ));
+        return Ok(());
+    }
+    let Some(d) = difference(&original, mesh) else { return Ok(()) };
+    let [a, b, c] = d.example.map(|[x, y, z]| format!("({x}, {y}, {z})"));
+    let example = if d.example_is_missing { "missing" } else { "extra" };
+    let (missing, extra) = (grouped(d.missing as u64), grouped(d.extra as u64));
+    bail!(
+        "{}: not {original_name}: {missing} triangles missing, {extra} extra; {example} for example {a} {b} {c}",
+        uwm.name
+    )
+}
+
+fn quantised(mesh: &IndexedMesh, lattice: &Lattice) -> IndexedMesh {
+    let positions = mesh.positions.iter().map(|&p| lattice.position(lattice.quantise(p))).collect();
+    IndexedMesh::new(positions, mesh.triangles.clone())
+}
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld verify bunny.uwm
+  unweld verify bunny.uwm bunny.ply";

@@ -6,7 +6,7 @@ mod session;
 use crate::codec::residue::Residue;
 use crate::codec::walk::Walk;
 use crate::container::{Contents, Metadata, Parsed, Parser, Plan};
-use crate::error::{Error, Result};
+use crate::error::{Error, FormatError, Result};
 use crate::limits::Limits;
 use crate::mesh::IndexedMesh;
 use crate::refine::{ProgressiveMesh, Site};
@@ -120,6 +120,24 @@ pub struct Decoder {
     session: Session,
     events: VecDeque<Event>,
     ended: bool,
+    /// What ended decoding, if something did.
+    fault: Option<Fault>,
+}
+
+/// The errors that a file is answerable for.
+#[derive(Clone, Debug)]
+enum Fault {
+    Format(FormatError),
+    Limit { what: &'static str, needed: u64, allowed: u64 },
+}
+
+impl From<Fault> for Error {
+    fn from(fault: Fault) -> Self {
+        match fault {
+            Fault::Format(fault) => Self::Format(fault),
+            Fault::Limit { what, needed, allowed } => Self::Limit { what, needed, allowed },
+        }
+    }
 }
 
 impl Decoder {
@@ -138,7 +156,15 @@ impl Decoder {
     }
 
     fn with(parsers: VecDeque<Parser>, session: Session) -> Self {
-        Self { parsers, pending: Vec::new(), used: 0, session, events: VecDeque::new(), ended: false }
+        Self {
+            parsers,
+            pending: Vec::new(),
+            used: 0,
+            session,
+            events: VecDeque::new(),
+            ended: false,
+            fault: None,
+        }
     }
 
     /// Hands over the next bytes. They wait until [`Decoder::poll`] comes to them.
@@ -152,11 +178,25 @@ impl Decoder {
     ///
     /// # Errors
     /// [`Error::Format`] where the file is damaged, [`Error::Limit`] where it asks for too much. The mesh stays as it was
-    /// after the last whole operation.
+    /// after the last whole operation, and every further call says the same.
     pub fn poll(&mut self) -> Result<Option<Event>> {
+        let outcome = self.next_event();
+        self.fault = match &outcome {
+            Err(Error::Format(fault)) => Some(Fault::Format(fault.clone())),
+            &Err(Error::Limit { what, needed, allowed }) => Some(Fault::Limit { what, needed, allowed }),
+            _ => return outcome,
+        };
+        // What was decoded before the fault is told first.
+        self.next_event()
+    }
+
+    fn next_event(&mut self) -> Result<Option<Event>> {
         loop {
             if let Some(event) = self.events.pop_front() {
                 return Ok(Some(event));
+            }
+            if let Some(fault) = &self.fault {
+                return Err(fault.clone().into());
             }
             if self.ended {
                 self.swallow_rest()?;
@@ -210,8 +250,12 @@ impl Decoder {
     /// Says that no more bytes will come.
     ///
     /// # Errors
-    /// [`Error::Format`] where bytes are missing or left over, unless decoding was stopped by [`Options::until`].
+    /// [`Error::Format`] where bytes are missing or left over, unless decoding was stopped by [`Options::until`]; the error of
+    /// [`Decoder::poll`], if there was one.
     pub fn finish(&self) -> Result<()> {
+        if let Some(fault) = &self.fault {
+            return Err(fault.clone().into());
+        }
         if self.session.is_stopped() {
             return Ok(());
         }

@@ -55,7 +55,8 @@ impl Log {
     /// One level down; from between two levels to the coarser of them.
     pub fn coarsen(&mut self, mesh: &mut ProgressiveMesh) -> Option<u32> {
         let last = self.marks.last()?;
-        if self.below == 0 && last.operations < self.operations.len() {
+        let moved = || mesh.positions.iter().any(|&p| p != coarse(p, last.precision));
+        if self.below == 0 && (last.operations < self.operations.len() || moved()) {
             // Where decoding stands becomes a mark of its own until it is reached again.
             let (level, operations) = (last.level, self.operations.len());
             self.marks.push(Mark { level, precision: 0, operations, roots: mesh.roots.edges().to_vec() });
@@ -106,9 +107,13 @@ impl Log {
         let first = self.marks.first().map_or(0, |first| first.operations);
         let base = self.positions.len() - (self.operations.len() - first);
         let vertices = base + mark.operations - first;
-        let coarse = |p: &[i32; 3]| p.map(|x| from_cell(x >> mark.precision, mark.precision));
-        mesh.positions = self.positions[..vertices].iter().map(coarse).collect();
+        mesh.positions = self.positions[..vertices].iter().map(|&p| coarse(p, mark.precision)).collect();
         mesh.table.truncate_vertices(vertices);
         mesh.roots.restore(&mesh.table, mark.roots.clone());
     }
+}
+
+/// A position as it is at a precision.
+fn coarse(position: [i32; 3], precision: u32) -> [i32; 3] {
+    position.map(|x| from_cell(x >> precision, precision))
 }

@@ -1,0 +1,104 @@
+//! Each fuzz body on some thousand inputs, the same ones every time; `fuzz/` runs them for longer.
+#![cfg(all(feature = "encode", feature = "formats"))]
+
+use unweld::fuzzing;
+
+/// A multiplicative generator (Steele and Vigna 2021): good enough to pick bytes.
+struct Random(u64);
+
+impl Random {
+    fn below(&mut self, n: usize) -> usize {
+        self.0 = self.0.wrapping_mul(0xD134_2543_DE82_EF95).wrapping_add(1);
+        ((self.0 >> 32) as usize * n) >> 32
+    }
+
+    /// Up to `most` bytes; mostly few, sometimes small numbers only.
+    fn bytes(&mut self, most: usize) -> Vec<u8> {
+        let (most, values) = (1 + self.below(most), [256, 256, 8][self.below(3)]);
+        let length = self.below(most + 1);
+        (0..length).map(|_| self.below(values) as u8).collect()
+    }
+}
+
+/// How many times the usual number of inputs; more of them are other ones.
+fn factor() -> usize {
+    std::env::var("UNWELD_FUZZ").ok().and_then(|n| n.parse().ok()).unwrap_or(1)
+}
+
+/// Runs `body` on random bytes; where it panics, they are printed.
+fn smoke(body: fn(&[u8]), count: usize, most: usize) {
+    let mut random = Random(factor() as u64);
+    body(&[]);
+    for _ in 0..count * factor() {
+        let data = random.bytes(most);
+        let outcome = std::panic::catch_unwind(|| body(&data));
+        assert!(outcome.is_ok(), "on {data:?}");
+    }
+}
+
+#[test]
+fn container() {
+    smoke(fuzzing::fuzz_container, 3000, 300);
+}
+
+#[test]
+fn decode() {
+    smoke(fuzzing::fuzz_decode, 3000, 40);
+}
+
+#[test]
+fn chunks() {
+    smoke(fuzzing::fuzz_chunks, 2000, 40);
+}
+
+#[test]
+fn refinement() {
+    smoke(fuzzing::fuzz_refinement, 3000, 200);
+}
+
+#[test]
+fn keyframe() {
+    smoke(fuzzing::fuzz_keyframe, 5000, 60);
+}
+
+#[test]
+fn residue() {
+    smoke(fuzzing::fuzz_residue, 5000, 60);
+}
+
+#[test]
+fn round_trip() {
+    smoke(fuzzing::fuzz_round_trip, 3000, 150);
+}
+
+#[test]
+fn formats() {
+    let mut random = Random(factor() as u64);
+    smoke(fuzzing::fuzz_formats, 2000, 200);
+    for file in FILES {
+        for _ in 0..2000 * factor() {
+            let mut bytes = file.to_vec();
+            for _ in 0..random.below(4) {
+                let at = random.below(bytes.len());
+                match random.below(4) {
+                    0 => bytes.truncate(at),
+                    1 => drop(bytes.splice(at..at, random.bytes(8))),
+                    2 => bytes[at] = b" \n-0123456789./#e"[random.below(17)],
+                    _ => bytes[at] = random.below(256) as u8,
+                }
+                if bytes.is_empty() {
+                    break;
+                }
+            }
+            let outcome = std::panic::catch_unwind(|| fuzzing::fuzz_formats(&bytes));
+            assert!(outcome.is_ok(), "on {:?}", String::from_utf8_lossy(&bytes));
+        }
+    }
+}
+
+const FILES: [&[u8]; 4] = [
+    b"# a square\nv 0 0 0\nv 1 0 0 0.5\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\no x\nusemtl m\ns off\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -1 -2 \\\n -3\n",
+    b"ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 2\n0 1e1 0 3\n3 0 1 2\n",
+    b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty short x\nproperty short y\nproperty short z\nelement face 1\nproperty list uchar ushort vertex_indices\nend_header\n\0\0\0\0\0\0\x01\0\0\0\0\0\0\0\x01\0\0\0\x03\0\0\x01\0\x02\0",
+    b"ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty char x\nproperty char y\nproperty char z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\0\0\0\x01\0\0\0\x01\0\0\0\0\x03\0\0\0\0\0\0\0\x01\0\0\0\x02",
+];

@@ -24,7 +24,7 @@ impl Default for RangeEncoder {
 
 impl RangeEncoder {
     /// Bytes written so far, those still to be settled included.
-    pub fn len(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.bytes.len() + self.full + 5
     }
 

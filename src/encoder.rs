@@ -299,8 +299,9 @@ impl<'a> Encoder<'a> {
                 // A cell's middle is at most half a cell's diagonal from what it stands for.
                 let cell =
                     if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
-                let max_error = error.max + cell * 0.75f64.sqrt();
-                let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt() as f32;
+                let max_error = (error.max + cell * 0.75f64.sqrt()).min(f64::MAX);
+                let rms_error =
+                    (error.rms * error.rms + cell * cell * 0.25).sqrt().min(f32::MAX.into()) as f32;
                 Level { vertices, triangles, precision, max_error, rms_error }
             })
             .collect()

@@ -49,7 +49,7 @@ impl Budget {
     /// # Errors
     /// [`Error::Limit`] where that is more than what is left.
     pub fn take_memory(&mut self, count: usize, size: usize) -> Result<()> {
-        let bytes = (count as u64).checked_mul(size as u64).unwrap_or(u64::MAX);
+        let bytes = (count as u64).saturating_mul(size as u64);
         if bytes > self.memory {
             let needed = (self.limits.memory - self.memory).saturating_add(bytes);
             return Err(Error::Limit { what: "memory in bytes", needed, allowed: self.limits.memory });

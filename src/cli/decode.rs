@@ -3,7 +3,7 @@
 use super::args::{Tolerance, size, tolerance};
 use super::describe::diagonal;
 use super::failure::Usage;
-use super::numbers::{count, grouped, of_diagonal};
+use super::numbers::{count, grouped, of_diagonal, significant};
 use super::output::{MeshFormat, Output, remark};
 use super::progress::Progress;
 use super::uwm::Uwm;
@@ -16,7 +16,7 @@ use unweld::container::{Plan, Want, plan};
 use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::IndexedMesh;
 
-/// Decode a .uwm file to PLY or OBJ: all of it, or as much as a wanted quality takes
+/// Decode a .uwm file, or as much as is wanted, to PLY or OBJ
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -90,15 +90,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
     let way = way(args, &mut uwm)?;
     let mut progress = Progress::new(args.quiet);
-    let mut write_level = |decoder: &Decoder, event: &Event| match (event, folder) {
+    let mut on_event = |decoder: &Decoder, event: &Event| match (event, folder) {
         // Level 0 is not complete before its residue.
         (Event::Level { level: 1.., .. }, Some(folder)) => write_level(decoder, folder, format),
         _ => Ok(()),
     };
-    let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut write_level)?;
+    let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut on_event)?;
     drop(progress);
     if let (Some(folder), Some(0)) = (folder, decoder.level()) {
-        self::write_level(&decoder, folder, format)?;
+        write_level(&decoder, folder, format)?;
     }
     if let Some(faces) = args.quality.faces {
         remark_on_faces(args.quiet, &uwm.name, &decoder, faces);
@@ -171,8 +171,10 @@ fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
             let finest = contents.levels.first().map_or(0.0, |level| level.max_error);
             if finest > most {
                 let text = format!(
-                    "{}: level 0 has an error of {finest:.3e}, above the {most:.3e} wanted",
-                    uwm.name
+                    "{}: level 0 has an error of {}, above the {} wanted",
+                    uwm.name,
+                    significant(finest, 3),
+                    significant(most, 3),
                 );
                 remark(args.quiet, &text);
             }

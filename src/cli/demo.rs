@@ -48,9 +48,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut progress = Progress::new(args.quiet);
     let source =
         Source { mesh, format: Format::Ply, polygons: 0, coordinates: Coordinates::Float64, dropped: vec![] };
-    let options = Options { keyframes: Keyframes::Every(KEYFRAME_DISTANCE), ..Options::default() };
-    let settings = vec![("keyframes".to_owned(), format!("every:{KEYFRAME_DISTANCE}"))];
-    let encoded = encode::encode(&source, Path::new("demo.ply"), options, settings, &mut progress)?;
+    let options = Options { keyframes: Keyframes::Levels(KEYFRAMES.to_vec()), ..Options::default() };
+    let encoded = encode::encode(&source, Path::new("demo.ply"), options, vec![], &mut progress)?;
     let Encoded { file, report } = encoded;
     uwm_file.write(|out| out.write_all(&file))?;
     let mut uwm = Uwm::in_memory(file, &uwm_file.name)?;
@@ -107,4 +106,4 @@ fn decode_levels(uwm: &mut Uwm, levels: &[u32], progress: &mut Progress) -> anyh
 /// 81,920 triangles.
 const SUBDIVISIONS: u32 = 6;
 const SEED: u64 = 4;
-const KEYFRAME_DISTANCE: u32 = 6;
+const KEYFRAMES: [u32; 2] = [8, 14];

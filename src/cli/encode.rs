@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return say(&format!("{:#}\n", Value::Object(object)));
     }
     for warning in &warnings {
-        remark(args.quiet, warning);
+        remark(args.quiet, &format!("{}: {warning}", input::name(&args.input)));
     }
     if args.quiet {
         return Ok(());
@@ -187,13 +187,13 @@ fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<Stri
         args.base_vertices.unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize));
     if header.base_vertices as usize > wanted {
         warnings.push(format!(
-            "the base has {}, {} wanted: {} locked, the others hold the topology together",
+            "the base has {} where {} would do: {} locked, no other can be removed",
             count(header.base_vertices, "vertex"),
             grouped(wanted as u64),
             match report.locked_vertices {
                 0 => "no vertex is".to_owned(),
                 1 => "1 vertex is".to_owned(),
-                n => format!("{} vertices are", grouped(n as u64)),
+                n => format!("{} are", count(n as u64, "vertex")),
             },
         ));
     }
@@ -216,7 +216,7 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
         seconds.simplify,
         seconds.code,
         "memory",
-        memory(crate::MEMORY.peak_usage() as u64),
+        memory(crate::MEMORY.peak_usage() as u64) + " at its peak",
     )
 }
 

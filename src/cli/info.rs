@@ -10,7 +10,7 @@ use std::path::PathBuf;
 use unweld::codec::residue::{Residue, ResidueCounts};
 use unweld::decoder::Until;
 
-/// Tell what a .uwm file holds: levels, their bytes and errors, keyframes, where it comes from
+/// Tell what a .uwm file holds: levels, bytes, errors, origin
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {

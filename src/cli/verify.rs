@@ -15,7 +15,7 @@ use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::topology::{Census, census};
 use unweld::mesh::{IndexedMesh, Lattice};
 
-/// Check a .uwm file: checksums, every level, every keyframe; with ORIGINAL, that it holds the same triangles
+/// Check a .uwm file; with ORIGINAL, also that it holds the same triangles
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -150,7 +150,7 @@ fn keyframes(
     }
     let text = match starts.len() {
         0 => "none but the base".to_owned(),
-        n => format!("{}: they and what follows from them as by replay", grouped(n as u64)),
+        n => format!("{}: they, and what follows from them, as by replay", grouped(n as u64)),
     };
     lines.push(format!("keyframes   {text}"));
     Ok(())

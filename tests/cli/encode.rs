@@ -1,0 +1,247 @@
+//! `unweld encode`, `unweld info`, `unweld demo`.
+
+use super::{Folder, keys, levels};
+use unweld::mesh::{IndexedMesh, shapes};
+
+/// Two tetrahedra that share one vertex, one triangle twice, one degenerate, one vertex in no triangle.
+fn faulty() -> IndexedMesh {
+    let positions = vec![
+        [0.0, 0.0, 0.0],
+        [1.0, 0.0, 0.0],
+        [0.0, 1.0, 0.0],
+        [0.0, 0.0, 1.0],
+        [-1.0, 0.0, 0.0],
+        [0.0, -1.0, 0.0],
+        [0.0, 0.0, -1.0],
+        [9.0, 9.0, 9.0],
+    ];
+    let tetrahedron =
+        |v: [u32; 4]| [[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]].map(|t: [usize; 3]| t.map(|k| v[k]));
+    let mut triangles = [tetrahedron([0, 1, 2, 3]), tetrahedron([0, 4, 6, 5])].concat();
+    triangles.push(triangles[1]);
+    triangles.push([1, 1, 2]);
+    IndexedMesh::new(positions, triangles)
+}
+
+#[test]
+fn the_json_of_info_and_encode() {
+    let folder = Folder::with_sphere();
+    let info = folder.info("sphere.uwm");
+    let expected = [
+        "exact",
+        "file_bytes",
+        "format_version",
+        "generator",
+        "input",
+        "keyframes",
+        "lattice",
+        "levels",
+        "manifold",
+        "residue",
+        "triangles",
+        "vertices",
+    ];
+    assert_eq!(keys(&info), expected);
+    assert_eq!((&info["vertices"], &info["triangles"]), (&642.into(), &1280.into()));
+    assert_eq!(info["exact"], false);
+    assert_eq!(info["format_version"], 1);
+    assert_eq!(info["generator"], concat!("unweld ", env!("CARGO_PKG_VERSION")));
+    assert_eq!(info["file_bytes"], folder.bytes("sphere.uwm").len());
+    assert_eq!(keys(&info["lattice"]), ["bits", "origin", "step"]);
+    assert_eq!(info["lattice"]["bits"], 14);
+    assert_eq!(info["input"]["source"], "sphere.ply");
+    assert_eq!(info["input"]["float32"], false);
+    assert_eq!(info["input"]["conditioning"]["input_triangles"], 1280);
+    assert_eq!(info["input"]["settings"]["keyframes"], "every:3");
+    assert_eq!(info["residue"]["bytes"], 0);
+
+    let levels = levels(&info);
+    let expected = [
+        "bytes",
+        "cumulative_bytes",
+        "level",
+        "max_error",
+        "max_error_percent",
+        "offset",
+        "precision",
+        "rms_error",
+        "rms_error_percent",
+        "triangles",
+        "vertices",
+    ];
+    let base = levels.len() as u64 - 1;
+    assert_eq!((&levels[0]["level"], &levels[0]["vertices"]), (&base.into(), &40.into()));
+    for (k, pair) in levels.windows(2).enumerate() {
+        assert_eq!(keys(&pair[0]), expected);
+        assert_eq!(pair[1]["level"], base - 1 - k as u64);
+        assert_eq!(pair[1]["offset"], pair[0]["cumulative_bytes"], "levels follow each other");
+        let end = pair[1]["offset"].as_u64().unwrap() + pair[1]["bytes"].as_u64().unwrap();
+        assert_eq!(pair[1]["cumulative_bytes"], end);
+    }
+    assert_eq!(levels.last().unwrap()["triangles"], 1280);
+    let diagonal = info["input"]["diagonal"].as_f64().unwrap();
+    let percent = levels[0]["max_error"].as_f64().unwrap() / diagonal * 100.0;
+    assert!((levels[0]["max_error_percent"].as_f64().unwrap() - percent).abs() < 1e-9);
+    let keyframes: Vec<u64> =
+        info["keyframes"].as_array().unwrap().iter().map(|k| k["level"].as_u64().unwrap()).collect();
+    assert_eq!(keyframes, (0..base).rev().filter(|level| level % 3 == 0).collect::<Vec<_>>());
+
+    let encoded =
+        folder.run("encode sphere.ply -o again.uwm --base-vertices 40 --keyframes every:3 --json").json();
+    assert_eq!(folder.bytes("again.uwm"), folder.bytes("sphere.uwm"));
+    for key in keys(&info) {
+        assert_eq!(encoded[key], info[key], "{key}");
+    }
+    let further: Vec<&str> = keys(&encoded).into_iter().filter(|key| info.get(key).is_none()).collect();
+    assert_eq!(further, ["bits", "bits_per_vertex", "locked_vertices", "peak_bytes", "seconds", "warnings"]);
+    assert_eq!(keys(&encoded["seconds"]), ["code", "condition", "read", "simplify", "write"]);
+    let bits = ["base", "connectivity", "geometry", "keyframes", "other", "residue"];
+    assert_eq!(keys(&encoded["bits"]), bits);
+    let total: f64 = bits.iter().map(|name| encoded["bits"][name].as_f64().unwrap()).sum();
+    assert!((total / 8.0 - info["file_bytes"].as_f64().unwrap()).abs() < 1e-6, "{total} bits");
+    let total = encoded["bits_per_vertex"]["total"].as_f64().unwrap();
+    assert!((total * 642.0 / 8.0 - info["file_bytes"].as_f64().unwrap()).abs() < 1e-6);
+    assert!(encoded["peak_bytes"].as_u64().unwrap() > 642 * 24);
+    assert_eq!(encoded["warnings"], serde_json::json!([]));
+}
+
+#[test]
+fn every_option_of_encode_does_something() {
+    let folder = Folder::new();
+    folder.mesh("m.ply", &shapes::torus_with_hole(30, 20));
+    let plain = {
+        folder.run("encode m.ply -o plain.uwm --base-vertices 100").succeeded();
+        folder.bytes("plain.uwm")
+    };
+    for option in [
+        "--position-bits 10",
+        "--base-vertices 90",
+        "--keyframes all",
+        "--keyframes 1,2",
+        "--method ffc",
+        "--alpha 0.1",
+        "--beta 2",
+        "--choices 3",
+        "--seed 7",
+        "--lock-boundary",
+    ] {
+        let mut command = format!("encode m.ply -o other.uwm {option} --quiet");
+        if !option.starts_with("--base") {
+            command += " --base-vertices 100";
+        }
+        let run = folder.run(&command).succeeded();
+        assert!(run.out.is_empty());
+        assert_ne!(folder.bytes("other.uwm"), plain, "{option}");
+        folder.run("verify other.uwm m.ply -q").succeeded();
+        let (name, value) = option[2..].split_once(' ').unwrap_or((&option[2..], "true"));
+        assert_eq!(folder.info("other.uwm")["input"]["settings"][name], value);
+    }
+    folder.run("encode m.ply -o weld.uwm --weld none --max-memory 1G").succeeded();
+    assert_eq!(folder.info("weld.uwm")["input"]["conditioning"]["welded_vertices"], 0);
+}
+
+#[test]
+fn what_no_manifold_holds_is_told() {
+    let folder = Folder::new();
+    folder.mesh("faulty.ply", &faulty());
+    let text = folder.run("encode faulty.ply -o faulty.uwm").succeeded();
+    let line = |head: &str| {
+        let mut lines = text.text().lines().filter_map(|line| line.strip_prefix("  ")?.strip_prefix(head));
+        lines.next().unwrap_or_else(|| panic!("{head}: {}", text.text())).trim().to_owned()
+    };
+    assert_eq!(line("mesh "), "8 vertices, 10 triangles");
+    assert_eq!(line("manifold "), "8 vertices, 8 triangles");
+    assert!(line("residue").starts_with("2 triangles, 1 stitched group, 1 extra vertex ("));
+    assert_eq!(
+        line("found"),
+        "1 isolated vertex, 1 degenerate triangle, 1 repeated triangle, 1 non-manifold vertex (cut)"
+    );
+    assert_eq!(line("topology"), "2 components, 0 handles, no boundary");
+
+    let info = folder.info("faulty.uwm");
+    assert_eq!((&info["vertices"], &info["triangles"]), (&8.into(), &10.into()));
+    assert_eq!(info["manifold"], serde_json::json!({"vertices": 8, "triangles": 8}));
+    let residue = &info["residue"];
+    assert_eq!((&residue["triangles"], &residue["stitched_groups"]), (&2.into(), &1.into()));
+    assert_eq!((&residue["reversed_triangles"], &residue["extra_vertices"]), (&0.into(), &1.into()));
+    assert!(residue["bytes"].as_u64().unwrap() > 0);
+    folder.run("verify faulty.uwm faulty.ply").succeeded();
+}
+
+#[test]
+fn what_is_dropped_is_told() {
+    let folder = Folder::new();
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n");
+    let encoded = folder.run("encode m.obj -o m.uwm --json").json();
+    let dropped = encoded["input"]["dropped"].as_array().unwrap();
+    assert_eq!(dropped.len(), 2, "{dropped:?}");
+    let text = folder.run("encode m.obj -o m.uwm").succeeded();
+    for name in dropped {
+        assert!(text.text().lines().any(|line| {
+            line.trim_start().starts_with("dropped") && line.contains(name.as_str().unwrap())
+        }));
+    }
+}
+
+#[test]
+fn a_base_that_stays_large_is_told() {
+    let folder = Folder::new();
+    folder.mesh("m.ply", &shapes::annulus(30));
+    let warning =
+        "the base has 60 vertices where 10 would do: 60 vertices are locked, no other can be removed";
+    let run = folder.run("encode m.ply -o m.uwm --base-vertices 10 --lock-boundary --keyframes 0,7");
+    let second = "no keyframe at level 7: the base is level 0";
+    assert_eq!(run.err, format!("unweld: m.ply: {warning}\nunweld: m.ply: {second}\n"));
+    let json = folder.run("encode m.ply -o m.uwm --base-vertices 10 --lock-boundary --json").json();
+    assert_eq!(json["warnings"], serde_json::json!([warning]));
+    assert_eq!(json["locked_vertices"], 60);
+}
+
+#[test]
+fn by_standard_input_and_output() {
+    let folder = Folder::with_sphere();
+    let input = folder.bytes("sphere.ply");
+    let run = folder.run_with("encode - -o - --base-vertices 40 --keyframes every:3", &input);
+    assert_eq!(run.code, 0);
+    assert!(run.err.starts_with("standard input -> standard output\n"), "{}", run.err);
+    let quiet =
+        folder.run_with("encode - -o - -q --base-vertices 40 --keyframes every:3", &input).succeeded();
+    assert_eq!(run.out, quiet.out);
+    let decoded = folder.run_with("decode - -o - -q", &quiet.out).succeeded();
+    folder.write("piped.ply", &decoded.out);
+    folder.run("decode sphere.uwm -o sphere2.ply -q").succeeded();
+    assert_eq!(folder.bytes("piped.ply"), folder.bytes("sphere2.ply"));
+    let info = folder.run_with("info - --json", &quiet.out).json();
+    assert_eq!((&info["triangles"], &info["input"]["source"]), (&1280.into(), &"-".into()));
+    let coarse = folder.run_with("decode - -o - -q --level 3 --via keyframe", &quiet.out).succeeded();
+    assert!(coarse.out.starts_with(b"ply\n"));
+    folder.run_with("verify - sphere.ply", &quiet.out).succeeded();
+}
+
+#[test]
+fn info_for_people() {
+    let folder = Folder::with_sphere();
+    let run = folder.run("info sphere.uwm").succeeded();
+    let text = run.text();
+    assert!(text.starts_with("sphere.uwm: "), "{text}");
+    let base = levels(&folder.info("sphere.uwm")).len() - 1;
+    let line = |level: usize| {
+        let head = level.to_string();
+        text.lines().map(|l| l.split_whitespace().collect::<Vec<_>>()).find(|l| l.first() == Some(&&head[..]))
+    };
+    assert_eq!(line(base).unwrap().last(), Some(&"base"));
+    assert_eq!(line(0).unwrap()[1..3], ["642", "1,280"]);
+    assert_eq!(line(0).unwrap().last(), Some(&"key"));
+}
+
+#[test]
+fn the_demo_shows_what_it_does() {
+    let folder = Folder::new();
+    let run = folder.run("demo --output show").succeeded();
+    for words in ["81,920 triangles", "base", "right", "the same 81,920 triangles"] {
+        assert!(run.text().contains(words), "{words}: {}", run.text());
+    }
+    assert!(folder.bytes("show/demo.png").starts_with(b"\x89PNG"));
+    assert_eq!(folder.info("show/demo.uwm")["triangles"], 81_920);
+    assert_eq!(folder.list(), ["show"]);
+}

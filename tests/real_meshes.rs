@@ -1,5 +1,6 @@
 //! The loop on real meshes: every PLY and OBJ of the data folder that is a mesh at all, both methods, welded and not.
 //! The folder is `UNWELD_DATA`, or `../shared/data` beside the checkout; where there is none, the tests say so and pass.
+#![cfg(all(feature = "encode", feature = "formats"))]
 
 use std::path::{Path, PathBuf};
 use unweld::decoder::{self, Decoder, Event};

@@ -1,4 +1,5 @@
 //! The loop: what goes in comes out, at every level, by every road.
+#![cfg(feature = "encode")]
 
 use unweld::Error;
 use unweld::container::{Plan, Want, parse_contents, plan, plan_from_keyframe};

@@ -20,6 +20,7 @@ impl SplitMix64 {
     }
 
     /// A number below `n`, or 0 for `n` = 0; its bias is at most n / 2^32.
+    #[cfg(any(test, feature = "encode"))]
     pub(crate) fn below(&mut self, n: u32) -> u32 {
         (((self.next_u64() >> 32) * u64::from(n)) >> 32) as u32
     }

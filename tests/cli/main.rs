@@ -1,4 +1,5 @@
 //! The command line as a user has it: the built program, its files, its output, its exit codes.
+#![cfg(feature = "cli")]
 
 mod decode;
 mod encode;

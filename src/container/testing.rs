@@ -40,7 +40,7 @@ pub fn small_file() -> FileBuilder {
 /// Any valid file of some levels, its atoms in order.
 pub fn any_file() -> impl Strategy<Value = FileBuilder> {
     let operations = vec(1u32..=2, 1..20);
-    let finer = vec((operations, 0u32..4, any::<bool>(), 1usize..5), 0..4);
+    let finer = vec((operations, 0u32..3, any::<bool>(), 1usize..5), 0..4);
     let payloads = (vec(any::<u8>(), 1..50), vec(any::<u8>(), 0..9), vec(any::<u8>(), 0..9), 0usize..6);
     let errors = vec((0.0..1e300f64, 0.0..1e30f32), 4);
     let frame = (8u32..=24, 0.0..1e9f64, -1e9..1e9f64, any::<[u32; 3]>());

@@ -4,6 +4,7 @@ use super::args::{Simplification, keyframes, size};
 use super::describe::Description;
 use super::failure::Usage;
 use super::input;
+use super::memory::peak;
 use super::numbers::{count, grouped, memory, significant};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
@@ -216,7 +217,7 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
         seconds.simplify,
         seconds.code,
         "memory",
-        memory(crate::MEMORY.peak_usage() as u64) + " at its peak",
+        memory(peak()) + " at its peak",
     )
 }
 
@@ -257,7 +258,7 @@ fn add_report(
             "write": write,
         }),
     );
-    object.insert("peak_bytes".to_owned(), json!(crate::MEMORY.peak_usage()));
+    object.insert("peak_bytes".to_owned(), json!(peak()));
     object.insert("locked_vertices".to_owned(), json!(report.locked_vertices));
     object.insert("warnings".to_owned(), json!(warnings));
 }

@@ -8,6 +8,7 @@ mod encode;
 mod failure;
 mod info;
 mod input;
+mod memory;
 mod numbers;
 mod output;
 mod progress;

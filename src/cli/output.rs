@@ -207,13 +207,13 @@ mod tests {
     fn binary32_where_it_keeps_the_lattice() {
         let lattice = Lattice::over([1000.0, 0.0, 0.0], [1001.0, 1.0, 1.0], 12);
         let mesh = |x| IndexedMesh::new(vec![[x, 0.5, 0.25]], vec![]);
-        // 1000.1 is no binary32 number; its neighbours are 6e-5 apart, points of the lattice 2.4e-4.
-        assert!(fits_binary32(&mesh(1000.1), Some(&lattice)));
-        assert!(!fits_binary32(&mesh(1000.1), None));
+        // 1000.123 is no binary32 number; its neighbours are 6e-5 apart, points of the lattice 2.4e-4.
+        assert!(fits_binary32(&mesh(1000.123), Some(&lattice)));
+        assert!(!fits_binary32(&mesh(1000.123), None));
         assert!(fits_binary32(&mesh(1000.5), None));
         // At 20 bits points are 9.5e-7 apart.
         let lattice = Lattice::over([1000.0, 0.0, 0.0], [1001.0, 1.0, 1.0], 20);
-        assert!(!fits_binary32(&mesh(1000.1), Some(&lattice)));
+        assert!(!fits_binary32(&mesh(1000.123), Some(&lattice)));
         let point = Lattice::over([0.1; 3], [0.1; 3], 12);
         assert!(!fits_binary32(&mesh(0.1), Some(&point)));
         assert!(!fits_binary32(&mesh(1e300), Some(&lattice)));

@@ -136,7 +136,7 @@ impl<'a> Levels<'a> {
         while !over {
             let mut coder = RangeEncoder::default();
             let mut items = 0;
-            while items == 0 || coder.len() < self.options.atom_bytes {
+            while items == 0 || coder.size() < self.options.atom_bytes {
                 let step = pass.step(&mut self.mesh, models, &mut coder, known);
                 over = step.expect("a writer does not run out of bytes").is_none();
                 if over {
@@ -161,7 +161,7 @@ impl<'a> Levels<'a> {
         while left > 0 {
             let mut coder = RangeEncoder::default();
             let (mut items, before) = (0, self.mesh.table.triangle_count());
-            while left > 0 && (items == 0 || coder.len() < self.options.atom_bytes) {
+            while left > 0 && (items == 0 || coder.size() < self.options.atom_bytes) {
                 pass.step(&mut self.mesh, models, &mut coder, &mut answers)
                     .expect("a writer knows its positions to be on the lattice")
                     .expect("the walk of a level meets all its operations");

@@ -24,8 +24,7 @@ impl Default for RangeEncoder {
 
 impl RangeEncoder {
     /// Bytes written so far, those still to be settled included.
-    #[expect(clippy::len_without_is_empty, reason = "five bytes are always to be settled")]
-    pub fn len(&self) -> usize {
+    pub fn size(&self) -> usize {
         self.bytes.len() + self.full + 5
     }
 

@@ -1,6 +1,9 @@
 //! `unweld verify`.
 
 use super::Folder;
+use unweld::codec::keyframe;
+use unweld::container::{Atom, AtomKind, FileBuilder};
+use unweld::decoder::{Decoder, Options, Until};
 use unweld::mesh::shapes;
 
 #[test]
@@ -54,4 +57,44 @@ fn the_residue_is_part_of_it() {
     mesh.triangles[7].swap(1, 2);
     folder.mesh("turned.ply", &mesh);
     assert_eq!(folder.run("verify m.uwm turned.ply").code, 1);
+}
+
+/// The file with another keyframe at `level`: one vertex is a step of the lattice away. All checksums hold.
+fn forged(file: &[u8], level: u32) -> Vec<u8> {
+    let mut decoder =
+        Decoder::new(Options { until: Until { level, ..Until::default() }, ..Options::default() });
+    decoder.push(file);
+    while decoder.poll().unwrap().is_some() {}
+    let mut mesh = decoder.mesh().clone();
+    let x = &mut mesh.positions[7][0];
+    *x += if *x > 0 { -1 } else { 1 };
+    let keyframe = keyframe::encode(&mesh, 0).payload;
+
+    let contents = decoder.contents().unwrap();
+    let header = &contents.header;
+    let mut forged = FileBuilder::new(header.lattice, header.maximum, contents.levels.clone());
+    let bytes = |atom: &Atom| file[atom.offset as usize..atom.end() as usize].to_vec();
+    for atom in &contents.atoms {
+        match atom.kind {
+            AtomKind::Keyframe if atom.level == level => {}
+            AtomKind::Precision | AtomKind::Refinement => {
+                forged.atom(atom.kind, atom.level, atom.items, atom.triangles, bytes(atom));
+            }
+            _ => forged.payload(atom.kind, atom.level, &bytes(atom)),
+        }
+    }
+    forged.payload(AtomKind::Keyframe, level, &keyframe);
+    let mut out = Vec::new();
+    forged.write(&mut out).unwrap();
+    out
+}
+
+#[test]
+fn a_keyframe_of_another_mesh_is_found() {
+    let folder = Folder::with_sphere();
+    folder.write("forged.uwm", forged(&folder.bytes("sphere.uwm"), 3));
+    folder.run("decode forged.uwm -o out.ply").succeeded();
+    let run = folder.run("verify forged.uwm sphere.ply");
+    let line = "forged.uwm: level 3 from the keyframe of level 3 is not what the replay gives";
+    assert_eq!((run.code, run.err), (1, format!("unweld: {line}\n")));
 }

@@ -13,7 +13,7 @@ use std::collections::HashMap;
 /// A vertex in no triangle of level 0.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Extra {
-    /// On the lattice, perhaps outside the cube; coordinates within ±2^30.
+    /// On the lattice, perhaps outside the cube; coordinates between -2^30 and 2^30, both excluded, so that differences are 32-bit numbers.
     Lattice([i32; 3]),
     /// Further away: the position itself.
     Exact([f64; 3]),
@@ -49,7 +49,7 @@ pub struct ResidueCounts {
 }
 
 /// Largest magnitude of a lattice coordinate outside the cube.
-pub const MAX_OUTSIDE: i32 = 1 << 30;
+pub const MAX_OUTSIDE: i32 = (1 << 30) - 1;
 const NONE: u32 = u32::MAX;
 
 /// Why a residue cannot be read.
@@ -165,7 +165,8 @@ impl Residue {
         let mut models = [Bit::NEW; 2];
         let mut choice = NumberModel::default();
         let mut at_position: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
-        let mut count = 0;
+        // For each group its place among those at its position, from 1.
+        let mut places = Vec::new();
         let mut last = false;
         self.groups.resize(positions.len(), NONE);
         for (group, position) in self.groups.iter_mut().zip(positions) {
@@ -178,14 +179,14 @@ impl Residue {
             let here = at_position.entry(position).or_default();
             let mut chosen = 0;
             if !here.is_empty() {
-                chosen = choice
-                    .unsigned(coder, || here.iter().position(|g| g == group).map_or(0, |k| k as u32 + 1))?;
+                chosen = choice.unsigned(coder, || places.get(*group as usize).copied().unwrap_or(0))?;
             }
             *group = match chosen {
                 0 => {
-                    here.push(count);
-                    count += 1;
-                    count - 1
+                    let fresh = places.len() as u32;
+                    here.push(fresh);
+                    places.push(here.len() as u32);
+                    fresh
                 }
                 k => *here
                     .get(k as usize - 1)

@@ -136,7 +136,7 @@ impl<'a> Levels<'a> {
         while !over {
             let mut coder = RangeEncoder::default();
             let mut items = 0;
-            while coder.len() < self.options.atom_bytes {
+            while items == 0 || coder.len() < self.options.atom_bytes {
                 let step = pass.step(&mut self.mesh, models, &mut coder, known);
                 over = step.expect("a writer does not run out of bytes").is_none();
                 if over {

@@ -97,7 +97,9 @@ pub fn by_crate(bytes: &[u8], start: Option<usize>) -> unweld::Result<Seen> {
     let mut decoder = Decoder::new(Options::default());
     decoder.push(bytes);
     if let Some(start) = start {
-        let Some(Event::Contents(contents)) = decoder.poll()? else { panic!("a file begins with its contents") };
+        let Some(Event::Contents(contents)) = decoder.poll()? else {
+            panic!("a file begins with its contents")
+        };
         let plan = plan(&contents, start as u32);
         decoder = Decoder::of_plan(Arc::clone(&contents), &plan, Options::default());
         for part in &plan.parts {

@@ -39,6 +39,7 @@ pub struct Level {
     pub rms_error: f32,
 }
 
+#[derive(Clone, Debug, PartialEq)]
 pub struct Atom {
     pub kind: u8,
     pub level: u64,

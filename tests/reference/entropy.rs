@@ -1,5 +1,8 @@
 //! Chapter 6: range coder, binary models, numbers.
 
+use std::cell::RefCell;
+use std::collections::VecDeque;
+
 use super::container::{Result, refuse};
 
 /// One code (§6.1).
@@ -8,15 +11,30 @@ pub struct Code<'a> {
     asked: usize,
     range: u64,
     code: u64,
+    tap: Option<&'a RefCell<Tap>>,
+}
+
+/// For forged codes: decisions made, and decisions to make in place of those of the bytes.
+#[derive(Default)]
+pub struct Tap {
+    /// What `decide` was asked and answered.
+    pub log: Vec<(u64, bool)>,
+    /// What it is to answer, then 0.
+    pub script: Option<VecDeque<bool>>,
 }
 
 impl<'a> Code<'a> {
     pub fn start(bytes: &'a [u8]) -> Self {
-        let mut code = Self { bytes, asked: 0, range: 0xFFFF_FFFF, code: 0 };
+        let mut code = Self { bytes, asked: 0, range: 0xFFFF_FFFF, code: 0, tap: None };
         for _ in 0..4 {
             code.code = code.code * 256 + code.byte();
         }
         code
+    }
+
+    /// A code whose decisions are tapped.
+    pub fn tapped(bytes: &'a [u8], tap: &'a RefCell<Tap>) -> Self {
+        Self { tap: Some(tap), ..Self::start(bytes) }
     }
 
     /// A decision under a model (§6.2).
@@ -71,9 +89,17 @@ impl<'a> Code<'a> {
         if self.asked < self.bytes.len() { refuse("6.1: bytes are left over") } else { Ok(()) }
     }
 
-    fn decide(&mut self, zero: u64) -> Result<bool> {
+    pub fn decide(&mut self, zero: u64) -> Result<bool> {
         let bound = (self.range >> 16) * zero;
-        let bit = self.code >= bound;
+        let mut bit = self.code >= bound;
+        if let Some(tap) = self.tap {
+            let Tap { log, script } = &mut *tap.borrow_mut();
+            bit = script.as_mut().map_or(bit, |script| script.pop_front().unwrap_or(false));
+            log.push((zero, bit));
+            if script.is_some() {
+                return Ok(bit);
+            }
+        }
         if bit {
             self.range -= bound;
             self.code -= bound;

@@ -12,17 +12,23 @@ use super::walk::{Mesh, Walk};
 pub fn read(payload: &[u8], level: Level, bits: u32) -> Result<Mesh> {
     let mut fields = Fields(payload);
     let boundary = fields.varint()?;
+    let mut code = Code::start(fields.0);
+    let mesh = read_code(&mut code, boundary, level, bits)?;
+    code.end()?;
+    Ok(mesh)
+}
+
+/// The same from the code behind the number of boundary edges.
+pub fn read_code(code: &mut Code, boundary: u64, level: Level, bits: u32) -> Result<Mesh> {
     demand(boundary <= 3 * level.triangles, "7: boundary edges")?;
     let count = level.triangles + boundary;
     demand(3 * count < (1 << 32) - 1, "7: corners")?;
-    let mut code = Code::start(fields.0);
-    let gluing = connectivity::read(&mut code, count as usize)?;
+    let gluing = connectivity::read(code, count as usize)?;
     let fans = Fans::of(&gluing);
-    let caps = read_caps(&mut code, &fans)?;
+    let caps = read_caps(code, &fans)?;
     let mut mesh = open(&gluing, &fans, &caps, boundary)?;
     demand(mesh.component.len() as u64 == level.vertices, "7.1.1: number of vertices")?;
-    mesh.points = read_positions(&mut code, &mesh, level.shift, bits)?;
-    code.end()?;
+    mesh.points = read_positions(code, &mesh, level.shift, bits)?;
     Ok(mesh)
 }
 

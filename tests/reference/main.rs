@@ -13,4 +13,10 @@ mod table;
 mod walk;
 
 mod agree;
+mod by_hand;
+mod draft;
+mod forge;
+mod golden;
+mod hostile;
 mod on_shapes;
+mod real;

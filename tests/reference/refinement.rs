@@ -140,7 +140,9 @@ struct Pass<'a> {
 impl Pass<'_> {
     fn split(&mut self, k: Edge) -> Result<()> {
         let o = (k.1, k.0);
-        if self.codes.complete() || self.is_starred(k) || (self.mesh.third.contains_key(&o) && self.is_starred(o))
+        if self.codes.complete()
+            || self.is_starred(k)
+            || (self.mesh.third.contains_key(&o) && self.is_starred(o))
         {
             return Ok(());
         }

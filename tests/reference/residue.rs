@@ -32,8 +32,7 @@ pub fn whole(file: &File, mesh: &Mesh) -> Result<Whole> {
         group: vec![None; vertices.len()],
         ..Residue::default()
     };
-    let residue =
-        if payload.is_empty() { nothing } else { read(&payload, file, mesh, &vertices, nothing)? };
+    let residue = if payload.is_empty() { nothing } else { read(&payload, file, mesh, &vertices, nothing)? };
     Ok(assemble(file, mesh, &walk, &vertices, residue))
 }
 

@@ -44,7 +44,8 @@ fn decoding_does_not_go_on_behind_an_error() {
     options.simplify.base_vertices = Some(10);
     let file = Encoder::new(options).encode_to_vec(&shapes::sphere(2)).unwrap();
     let contents = parse_contents(&file).unwrap().unwrap();
-    let victim = contents.atoms.iter().rposition(|atom| atom.kind == AtomKind::Refinement && !atom.last).unwrap();
+    let victim =
+        contents.atoms.iter().rposition(|atom| atom.kind == AtomKind::Refinement && !atom.last).unwrap();
     let mut changed =
         FileBuilder::new(contents.header.lattice, contents.header.maximum, contents.levels.clone());
     for (index, atom) in contents.atoms.iter().enumerate() {

@@ -1,10 +1,9 @@
 //! What a decision is coded under: small classes of the geometry at hand, in integers and plain binary64 (spec §5.5, §9).
 
-use crate::mesh::{Corner, CornerTable};
-
 /// Squared distance of two lattice points. Coordinates stay below 2^24, so the sum is exact.
 fn distance_squared(a: [i32; 3], b: [i32; 3]) -> u64 {
-    (0..3).map(|k| u64::from(a[k].abs_diff(b[k])).pow(2)).sum()
+    let d = |k: usize| i64::from(a[k] - b[k]);
+    (d(0) * d(0) + d(1) * d(1) + d(2) * d(2)) as u64
 }
 
 /// Length of an edge, as the bit length of its longest extent along an axis: 0 ..= 32.
@@ -16,19 +15,19 @@ pub fn extent(a: [i32; 3], b: [i32; 3]) -> usize {
 /// Classes of [`edge_ratio`].
 pub const RATIOS: usize = 9;
 
-/// How long the edge opposite to `k` is beside the other edges of its triangles: the class of 4 × squared length over their mean
-/// squared length.
-pub fn edge_ratio(table: &CornerTable, k: Corner, position: impl Fn(Corner) -> [i32; 3]) -> usize {
-    let (a, b) = (position(k.next()), position(k.prev()));
-    let mut others = 0;
-    let mut count = 0;
-    for c in [k, table.opposite(k)].into_iter().filter(|c| c.is_some()) {
-        let tip = position(c);
+/// How long the edge a–b is beside the other edges of its triangles, whose tips are given: the class of 4 × squared length over
+/// their mean squared length.
+#[inline]
+pub fn edge_ratio(a: [i32; 3], b: [i32; 3], tip: [i32; 3], far_tip: Option<[i32; 3]>) -> usize {
+    let mut others = distance_squared(tip, a) + distance_squared(tip, b);
+    let mut count = 2;
+    if let Some(tip) = far_tip {
         others += distance_squared(tip, a) + distance_squared(tip, b);
-        count += 2;
+        count = 4;
     }
     let scaled = 4 * count * distance_squared(a, b);
-    [1, 2, 3, 4, 5, 6, 8, 12].iter().filter(|&&bound| scaled >= bound * others.max(1)).count()
+    let others = others.max(1);
+    [1, 2, 3, 4, 5, 6, 8, 12].iter().map(|bound| usize::from(scaled >= bound * others)).sum()
 }
 
 /// Classes of [`delaunay`].
@@ -53,26 +52,23 @@ fn cotangent(tip: [i32; 3], p: [i32; 3], q: [i32; 3]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::CornerTable;
 
     #[test]
     fn the_classes_of_a_square_and_of_its_stretched_diagonal() {
-        let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
-        let diagonal = table.find_edge(crate::mesh::Vertex(0), crate::mesh::Vertex(2));
-        // Squared diagonal 2, squared sides 1: 4 * 2 = 8 times the mean.
-        let square = [[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]];
-        assert_eq!(edge_ratio(&table, diagonal, |c| square[table.vertex(c).index()]), 7);
+        // Squared diagonal 200, squared sides 100: 4 * 2 = 8 times the mean.
+        let [a, b, c, d] = [[0, 0, 0], [10, 0, 0], [10, 10, 0], [0, 10, 0]];
+        assert_eq!(edge_ratio(a, c, b, Some(d)), 7);
+        // A side beside the other two edges of its triangle, squared 100 and 200: 4 * 100 / 150 = 2.67 times.
+        assert_eq!(edge_ratio(a, b, c, None), 2);
         // Both angles opposite to the diagonal are right angles: the sum of cotangents is 0.
-        assert_eq!(delaunay(square[1], square[0], square[2], square[3]), 3);
+        assert_eq!(delaunay(b, a, c, d), 3);
         // Sides of 10, diagonal of 2: the angles opposite are small, the edge is as Delaunay as can be.
-        let needle = [[9, 0, 0], [0, 10, 0], [9, 2, 0], [20, 1, 0]];
-        assert_eq!(delaunay(needle[1], needle[0], needle[2], needle[3]), 7);
+        assert_eq!(delaunay([0, 10, 0], [9, 0, 0], [9, 2, 0], [20, 1, 0]), 7);
     }
 
     #[test]
     fn degenerate_geometry_has_classes_too() {
-        let table = CornerTable::from_triangles(3, &[[0, 1, 2]]).unwrap();
-        assert!(edge_ratio(&table, Corner(0), |_| [7; 3]) < RATIOS);
+        assert!(edge_ratio([7; 3], [7; 3], [7; 3], None) < RATIOS);
         assert!(delaunay([1; 3], [1; 3], [1; 3], [1; 3]) < ANGLES);
     }
 }

@@ -5,7 +5,6 @@ use super::walk::Walk;
 use crate::entropy::{Bit, BitCoder, CodingError, NumberModel};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
-use bitvec::vec::BitVec;
 
 /// Most triangles in the star of a new vertex; no flip is asked for beyond it (spec §5.3).
 pub const MAX_STAR: usize = 64;
@@ -117,7 +116,7 @@ pub struct LevelPass {
     pass: Pass,
     cursor: usize,
     /// Triangles that belong to the star of a vertex of this level.
-    in_star: BitVec,
+    in_star: Vec<bool>,
     precision: u32,
     /// Largest coordinate of a cell.
     max: i32,
@@ -133,7 +132,7 @@ impl LevelPass {
         let table = &mesh.table;
         let open = walk.edges.iter().filter(|&&k| table.opposite(k).is_none());
         let boundary = open.map(|&k| table.edge(k)).collect();
-        let in_star = BitVec::repeat(false, table.slots());
+        let in_star = vec![false; table.slots()];
         let max = ((1u32 << (bits - precision.min(bits))) - 1) as i32;
         let (queue, ring) = (Vec::new(), Vec::new());
         Self {
@@ -171,7 +170,7 @@ impl LevelPass {
             if let Some(inserted) = found {
                 self.in_star.resize(mesh.table.slots(), false);
                 for t in &inserted.star {
-                    self.in_star.set(t.index(), true);
+                    self.in_star[t.index()] = true;
                 }
                 return Ok(Some(inserted));
             }
@@ -184,6 +183,7 @@ impl LevelPass {
         }
     }
 
+    #[inline]
     fn starred(&self, c: Corner) -> bool {
         self.in_star[c.triangle().index()]
     }
@@ -201,7 +201,7 @@ impl LevelPass {
             if self.starred(k) || (o.is_some() && self.starred(o)) {
                 continue;
             }
-            let model = self.split_model(mesh, models, k);
+            let model = self.split_model(mesh, models, k, o);
             let yes = coder.bit(model, || answers.split(&mesh.table, k));
             coder.check()?;
             if yes {
@@ -216,16 +216,21 @@ impl LevelPass {
         mesh: &ProgressiveMesh,
         models: &'m mut SegmentModels,
         k: Corner,
+        o: Corner,
     ) -> &'m mut Bit {
         let table = &mesh.table;
-        let o = table.opposite(k);
         let closed = |c: Corner| {
             let beyond = table.opposite(c);
-            beyond.is_none() || self.starred(beyond)
+            usize::from(beyond.is_none() || self.starred(beyond))
         };
-        let sides = [k, o].into_iter().filter(|c| c.is_some()).flat_map(|c| [c.next(), c.prev()]);
-        let count = sides.filter(|&c| closed(c)).count();
-        let ratio = context::edge_ratio(table, k, |c| self.cell(mesh, table.vertex(c)));
+        let cell = |c: Corner| self.cell(mesh, table.vertex(c));
+        let mut count = closed(k.next()) + closed(k.prev());
+        let mut far_tip = None;
+        if o.is_some() {
+            count += closed(o.next()) + closed(o.prev());
+            far_tip = Some(cell(o));
+        }
+        let ratio = context::edge_ratio(cell(k.next()), cell(k.prev()), cell(k), far_tip);
         &mut models.split[usize::from(o.is_none())][count][ratio]
     }
 
@@ -274,7 +279,7 @@ impl LevelPass {
             let c = self.queue[head];
             head += 1;
             let o = mesh.table.opposite(c);
-            if o.is_none() || self.in_star.get(o.triangle().index()).is_some_and(|marked| *marked) {
+            if o.is_none() || self.in_star.get(o.triangle().index()) == Some(&true) {
                 continue;
             }
             let r = mesh.table.vertex(o);
@@ -360,6 +365,7 @@ impl LevelPass {
         Ok(None)
     }
 
+    #[inline]
     fn cell(&self, mesh: &ProgressiveMesh, v: Vertex) -> [i32; 3] {
         mesh.positions[v.index()].map(|x| x >> self.precision)
     }

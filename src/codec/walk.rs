@@ -24,10 +24,10 @@ impl Walk {
             edges: Vec::with_capacity(triangles * 3 / 2 + 2),
             triangles: Vec::with_capacity(triangles),
         };
-        let mut visited: BitVec = BitVec::repeat(false, table.slots());
+        let mut visited = vec![false; table.slots()];
         for root in roots.corners(table) {
             let mut head = walk.edges.len();
-            visited.set(root.triangle().index(), true);
+            visited[root.triangle().index()] = true;
             walk.triangles.push(root);
             walk.edges.extend([root, root.next(), root.prev()]);
             while let Some(&edge) = walk.edges.get(head) {
@@ -36,7 +36,7 @@ impl Walk {
                 if entry.is_none() || visited[entry.triangle().index()] {
                     continue;
                 }
-                visited.set(entry.triangle().index(), true);
+                visited[entry.triangle().index()] = true;
                 walk.triangles.push(entry);
                 for c in [entry.next(), entry.prev()] {
                     let beyond = table.opposite(c);

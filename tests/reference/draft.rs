@@ -2,7 +2,7 @@
 
 use super::container::{Atom, File, crc32c};
 
-/// Header without its last two fields, level entries without meaning, atoms.
+/// A file without the fields that follow from the others.
 #[derive(Clone)]
 pub struct Draft {
     /// Bytes 0 to 79 of the header.

@@ -12,7 +12,7 @@ use super::golden::load;
 /// - optional atoms stand before, among and behind the others, with fields that mean nothing;
 /// - there are no metadata.
 ///
-/// The codes not in the specification were computed apart from this crate, from §6.
+/// The codes of its steps and operations that are not in the specification were computed apart from this crate, from §6.
 pub fn file() -> Draft {
     let mut header = b"\x89UWM\r\n\x1A\n".to_vec();
     header.extend([1, 0, 0, 0]);
@@ -32,10 +32,10 @@ pub fn file() -> Draft {
     let optional = |kind, bytes| atom(kind, 0xFFFF_FFFF, 7, 0xFFFF_FFFF, bytes);
     let atoms = vec![
         optional(128, b"before all else"),
-        atom(BASE, 1, 0, 0, &[0x04, 0x6E, 0x62]),
+        atom(BASE, 1, 0, 0, &[0x04, 0x6F, 0x5F]),
         optional(200, b"within the base"),
-        atom(BASE, 1, 0, 0, &[0xC0]),
-        atom(BASE, 1, 0, 0, &[0x20, 0xE7, 0x80]),
+        atom(BASE, 1, 0, 0, &[0x4E]),
+        atom(BASE, 1, 0, 0, &[0x2E, 0xE0]),
         atom(PRECISION, 0, 3, 0, &[0x1E, 0x40]),
         optional(255, &[0]),
         atom(PRECISION, 0, 5, 0, &[0x40, 0x70, 0, 0, 0]),

@@ -25,7 +25,7 @@ pub fn read_code(code: &mut Code, boundary: u64, level: Level, bits: u32) -> Res
     demand(3 * count < (1 << 32) - 1, "7: corners")?;
     let gluing = connectivity::read(code, count as usize)?;
     let fans = Fans::of(&gluing);
-    let caps = read_caps(code, &fans)?;
+    let caps = read_caps(code, &gluing, &fans, boundary)?;
     let mut mesh = open(&gluing, &fans, &caps, boundary)?;
     demand(mesh.component.len() as u64 == level.vertices, "7.1.1: number of vertices")?;
     mesh.points = read_positions(code, &mesh, level.shift, bits)?;
@@ -67,10 +67,22 @@ impl Fans {
 }
 
 /// §7.1.1: the tips of caps.
-fn read_caps(code: &mut Code, fans: &Fans) -> Result<BTreeSet<usize>> {
+fn read_caps(code: &mut Code, gluing: &Gluing, fans: &Fans, boundary: u64) -> Result<BTreeSet<usize>> {
     let mut caps = BTreeSet::new();
     let mut models = [Model::FRESH; 32];
+    let mut corners = vec![Vec::new(); fans.valence.len()];
+    for (c, &vertex) in fans.vertex.iter().enumerate() {
+        corners[vertex].push(c);
+    }
+    let first: BTreeSet<usize> = gluing.starts.iter().map(|c| c / 3).collect();
     for (vertex, &valence) in fans.valence.iter().enumerate() {
+        let begins = corners[vertex].iter().any(|c| first.contains(&(c / 3)));
+        let beside_cap = corners[vertex]
+            .iter()
+            .any(|&c| [next(c), prev(c)].iter().any(|c| caps.contains(&fans.vertex[*c])));
+        if boundary == 0 || begins || beside_cap {
+            continue;
+        }
         if code.read(&mut models[valence.min(31)])? {
             caps.insert(vertex);
         }

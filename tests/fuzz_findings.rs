@@ -110,3 +110,20 @@ fn many_groups_at_one_position() {
     let back = decoder::decode(&file, decoder::Options::default()).unwrap().assembled().unwrap();
     assert_eq!((back.positions.len(), back.triangles.len()), (mesh.positions.len(), mesh.triangles.len()));
 }
+
+#[test]
+fn two_apexes_over_one_long_rim() {
+    // Whether the apexes share an edge is asked at every vertex of the rim; it took minutes.
+    let count = 30_000;
+    let rim = (0..count).map(|k| f64::from(k) / f64::from(count) * std::f64::consts::TAU);
+    let mut mesh = IndexedMesh::default();
+    mesh.positions.extend([[0.0, 0.0, 1.0], [0.0, 0.0, -1.0]]);
+    mesh.positions.extend(rim.map(|angle| [angle.cos(), angle.sin(), 0.0]));
+    for k in 0..count {
+        let (a, b) = (2 + k, 2 + (k + 1) % count);
+        mesh.triangles.extend([[0, a, b], [1, b, a]]);
+    }
+    let file = Encoder::default().encode_to_vec(&mesh).unwrap();
+    let decoder = decoder::decode(&file, decoder::Options::default()).unwrap();
+    assert!(decoder.contents().unwrap().header.base_vertices < 1000, "the rim can be simplified");
+}

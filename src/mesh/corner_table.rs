@@ -220,6 +220,22 @@ impl CornerTable {
         self.find_edge(a, b).is_some()
     }
 
+    /// Whether an edge between two used vertices may exist: looks at no more than `most` triangles round each of them, and says
+    /// yes where these do not tell.
+    pub fn may_have_edge(&self, a: Vertex, b: Vertex, most: usize) -> bool {
+        let mut at = [self.fan(a), self.fan(b)];
+        let other = [b, a];
+        for _ in 0..most {
+            for (fan, &other) in at.iter_mut().zip(&other) {
+                let Some(c) = fan.next() else { return false };
+                if [c.next(), c.prev()].iter().any(|&c| self.vertex(c) == other) {
+                    return true;
+                }
+            }
+        }
+        true
+    }
+
     /// Joins two corners across an edge; either may be `NONE`.
     #[inline]
     pub(crate) fn join(&mut self, c: Corner, d: Corner) {

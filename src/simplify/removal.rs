@@ -142,7 +142,7 @@ impl Remover {
         let best = Triangulation::best(
             ring.len(),
             boundary,
-            |i, j| !table.has_edge(ring[i], ring[j]),
+            |i, j| !table.may_have_edge(ring[i], ring[j], FAN),
             |i, k, j| shape.cost(at(i), at(k), at(j)),
         )?;
         let cost = best.cost / shape.mean_edge;
@@ -244,3 +244,7 @@ impl Shape {
         (radius.min(worst) + 8.0 * distance + 8.0 * self.mean_edge * turn).min(worst)
     }
 }
+
+/// Triangles looked at round each of two vertices before an edge between them is presumed: where both have more, as two apexes
+/// over one long rim, every removal on the rim would look at all of them.
+const FAN: usize = 1000;

@@ -1,0 +1,145 @@
+//! Both decoders on one file.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use unweld::container::{AtomKind, Contents};
+use unweld::container::{Part, Plan};
+use unweld::decoder::{Decoder, Event, Options};
+
+use super::container::{File, KEYFRAME};
+use super::decode::decode;
+use super::residue::Whole;
+
+type Point = [i64; 3];
+
+/// What a decoder shows of a file, independent of how it numbers things.
+#[derive(Debug, PartialEq)]
+pub struct Seen {
+    pub levels: Vec<Shown>,
+    pub whole: Whole,
+}
+
+/// A level.
+#[derive(Debug, PartialEq)]
+pub struct Shown {
+    level: usize,
+    errors: (f64, f32),
+    /// Triangles, each from its smallest point, sorted.
+    triangles: Vec<[Point; 3]>,
+    roots: Vec<[Point; 2]>,
+}
+
+/// Sorts triangles, each turned to begin with its smallest corner.
+pub fn sorted<P: Copy + PartialOrd>(triangles: impl Iterator<Item = [P; 3]>) -> Vec<[P; 3]> {
+    let order = |a: &[P; 3], b: &[P; 3]| a.partial_cmp(b).expect("no coordinate is NaN");
+    let turned = |[a, b, c]: [P; 3]| {
+        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min_by(order).expect("a triangle has three rotations")
+    };
+    let mut all: Vec<_> = triangles.map(turned).collect();
+    all.sort_by(order);
+    all
+}
+
+/// Both decoders on this file, from the base and from every keyframe. They must agree, on the fault as well.
+/// Returns what they show from the base, or `None` where they refuse it.
+pub fn agree(bytes: &[u8]) -> Option<Seen> {
+    let file = match File::read(bytes) {
+        Ok(file) => file,
+        Err(why) => {
+            assert!(by_crate(bytes, None).is_err(), "only the reference refuses: {why}");
+            return None;
+        }
+    };
+    let base = file.levels.len() - 1;
+    let keyframes = file.atoms.iter().filter(|a| a.kind == KEYFRAME).map(|a| a.level as usize);
+    for start in keyframes.collect::<BTreeSet<_>>() {
+        same(by_reference(&file, start), by_crate(bytes, Some(start)), start);
+    }
+    same(by_reference(&file, base), by_crate(bytes, None), base)
+}
+
+fn same(ours: Result<Seen, String>, theirs: unweld::Result<Seen>, start: usize) -> Option<Seen> {
+    match (ours, theirs) {
+        (Ok(ours), Ok(theirs)) => {
+            assert_eq!(ours.levels.len(), theirs.levels.len(), "from level {start}");
+            for (ours, theirs) in ours.levels.iter().zip(&theirs.levels) {
+                assert!(ours == theirs, "level {} from level {start} is not the same", ours.level);
+            }
+            assert!(ours.whole == theirs.whole, "the whole from level {start} is not the same");
+            Some(ours)
+        }
+        // A decoder may give up for want of memory or time; the reference never does.
+        (_, Err(unweld::Error::Limit { .. })) | (Err(_), Err(_)) => None,
+        (Err(why), Ok(_)) => panic!("from level {start} only the reference refuses: {why}"),
+        (Ok(_), Err(why)) => panic!("from level {start} only the crate refuses: {why}"),
+    }
+}
+
+/// What the reference shows.
+pub fn by_reference(file: &File, start: usize) -> Result<Seen, String> {
+    let mut levels = Vec::new();
+    let whole = decode(file, start, &mut |level, mesh| {
+        let at = |v: usize| mesh.points[v];
+        let about = file.levels[level];
+        levels.push(Shown {
+            level,
+            errors: (about.max_error, about.rms_error),
+            triangles: sorted(mesh.triangles().map(|t| t.map(at))),
+            roots: mesh.roots.iter().map(|&(u, w)| [at(u), at(w)]).collect(),
+        });
+    })?;
+    Ok(Seen { levels, whole })
+}
+
+/// What the crate shows, from the base or from the keyframe of a level.
+pub fn by_crate(bytes: &[u8], start: Option<usize>) -> unweld::Result<Seen> {
+    let mut decoder = Decoder::new(Options::default());
+    decoder.push(bytes);
+    if let Some(start) = start {
+        let Some(Event::Contents(contents)) = decoder.poll()? else {
+            panic!("a file begins with its contents")
+        };
+        let plan = plan(&contents, start as u32);
+        decoder = Decoder::of_plan(Arc::clone(&contents), &plan, Options::default());
+        for part in &plan.parts {
+            decoder.push(&bytes[part.bytes.start as usize..part.bytes.end as usize]);
+        }
+    }
+    let mut levels = Vec::new();
+    while let Some(event) = decoder.poll()? {
+        let Event::Level { level, max_error, rms_error } = event else { continue };
+        let mesh = decoder.mesh();
+        let at = |v: unweld::mesh::Vertex| mesh.positions[v.index()].map(i64::from);
+        levels.push(Shown {
+            level: level as usize,
+            errors: (max_error, rms_error),
+            triangles: sorted(mesh.table.triangles().map(|t| mesh.table.triangle(t).map(at))),
+            roots: mesh.roots.edges().iter().map(|&(u, w)| [at(u), at(w)]).collect(),
+        });
+    }
+    decoder.finish()?;
+    let assembled = decoder.assembled()?;
+    let triangles = assembled.triangles.iter().map(|t| t.map(|v| v as usize)).collect();
+    Ok(Seen { levels, whole: Whole { positions: assembled.positions, triangles } })
+}
+
+/// From the keyframe of level `start` to the end, keyframes of other levels left out.
+fn plan(contents: &Contents, start: u32) -> Plan {
+    let atoms = &contents.atoms;
+    let part = |wanted: &dyn Fn(AtomKind, u32) -> bool| {
+        let wanted: Vec<_> = (0..atoms.len()).filter(|&i| wanted(atoms[i].kind, atoms[i].level)).collect();
+        let (&first, &last) = (wanted.first()?, wanted.last()?);
+        let end = atoms[last].offset + u64::from(atoms[last].length);
+        Some(Part { atoms: first..last + 1, bytes: atoms[first].offset..end })
+    };
+    let keyframe = part(&|kind, level| kind == AtomKind::Keyframe && level == start);
+    let onwards = part(&|kind, level| match kind {
+        AtomKind::Precision | AtomKind::Refinement => level < start,
+        AtomKind::Residue | AtomKind::Metadata => true,
+        _ => false,
+    });
+    let parts: Vec<_> = keyframe.into_iter().chain(onwards).collect();
+    let (vertices, triangles) = (contents.header.vertices, contents.header.triangles);
+    Plan { start, level: 0, complete: true, vertices, triangles, parts }
+}

@@ -1,0 +1,34 @@
+//! Chapter 1: from a file to its levels.
+
+use super::container::{BASE, File, KEYFRAME, METADATA, PRECISION, REFINEMENT, Result};
+use super::refinement::{self, Models};
+use super::residue::Whole;
+use super::walk::Mesh;
+use super::{keyframe, metadata, residue};
+
+/// Decodes from the base or the keyframe of level `start` to the whole of level 0. Each level is shown to `see`.
+pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> Result<Whole> {
+    let shift = |j: usize| file.levels[j].shift;
+    let kind = if start == file.levels.len() - 1 { BASE } else { KEYFRAME };
+    let mut mesh = keyframe::read(&file.payload(kind, start), file.levels[start], file.bits)?;
+    let mut models = Models::fresh();
+    see(start, &mesh);
+    for j in (0..start).rev() {
+        if shift(j) < shift(j + 1) {
+            let atoms = file.atoms_of(PRECISION, j);
+            refinement::precision_pass(&mut mesh, atoms, (shift(j + 1), shift(j)), &mut models)?;
+        }
+        let atoms = file.atoms_of(REFINEMENT, j);
+        refinement::level_pass(&mut mesh, atoms, (shift(j), file.bits), &mut models)?;
+        see(j, &mesh);
+        if !file.atoms_of(KEYFRAME, j).is_empty() {
+            models = Models::fresh();
+        }
+    }
+    let whole = residue::whole(file, &mesh)?;
+    let payload = file.payload(METADATA, 0);
+    if !payload.is_empty() {
+        metadata::check(&payload)?;
+    }
+    Ok(whole)
+}

@@ -1,0 +1,132 @@
+//! The bytes of format version 1: see `tests/golden/README.md`.
+
+use std::path::PathBuf;
+
+use unweld::encoder::{Encoder, Keyframes, Options};
+use unweld::mesh::{IndexedMesh, shapes};
+use unweld::simplify::Method;
+
+use super::agree::{agree, by_crate};
+use super::by_hand;
+use super::container::{File, KEYFRAME, METADATA, RESIDUE};
+use super::draft::Draft;
+use super::on_shapes::same_triangles;
+
+pub fn load(name: &str) -> Vec<u8> {
+    std::fs::read(path(name)).expect("the golden files are part of the repository")
+}
+
+fn path(name: &str) -> PathBuf {
+    PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)
+}
+
+/// What the encoder wrote, with what it wrote it from.
+fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
+    let small = |bits, base, seed| {
+        let mut options = Options { position_bits: bits, atom_bytes: 60, ..Options::default() };
+        options.simplify.base_vertices = Some(base);
+        options.simplify.seed = seed;
+        options
+    };
+    let mut torus = snapped(shapes::torus_with_hole(8, 7));
+    let first = torus.triangles[0];
+    torus.triangles.extend([first, [first[0], first[1], first[1]]]);
+    torus.positions.extend([[9.0, 9.0, 9.0], [0.0, 8.0, 0.0], [1.0, 8.0, 0.5]]);
+    // A bow-tie: a triangle that shares one vertex.
+    torus.triangles.push([30, 57, 58]);
+    let mut sphere = Options { precision: vec![1, 2, 5], ..small(12, 6, 2) };
+    sphere.simplify.method = Method::Ffc;
+    vec![
+        ("tetrahedron.uwm", snapped(shapes::tetrahedron()), Options::default()),
+        ("disc.uwm", snapped(shapes::disc_with_ears()), Options { atom_bytes: 1, ..small(10, 4, 1) }),
+        ("torus.uwm", torus, Options { keyframes: Keyframes::Every(4), ..small(10, 12, 3) }),
+        ("sphere.uwm", snapped(shapes::sphere(1)), Options { keyframes: Keyframes::Every(3), ..sphere }),
+    ]
+}
+
+/// A mesh whose coordinates do not hang on the last bits of sines and cosines.
+fn snapped(mut mesh: IndexedMesh) -> IndexedMesh {
+    for x in mesh.positions.iter_mut().flatten() {
+        *x = (*x * 1024.0).round() / 1024.0;
+    }
+    mesh
+}
+
+/// All but the metadata, which name the version of the program, and what follows from their length.
+fn essence(bytes: &[u8]) -> Draft {
+    let mut draft = Draft::of(bytes);
+    draft.atoms.retain(|a| a.kind != METADATA);
+    draft
+}
+
+#[test]
+fn the_encoder_still_writes_these_bytes() {
+    let bless = std::env::var_os("UNWELD_BLESS").is_some_and(|value| value == "1");
+    for (name, mesh, options) in vectors() {
+        let written = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+        if bless {
+            std::fs::write(path(name), &written).unwrap();
+        }
+        assert!(essence(&written).bytes() == essence(&load(name)).bytes(), "{name}: other bytes");
+    }
+    if bless {
+        std::fs::write(path("hand.uwm"), by_hand::file().bytes()).unwrap();
+    }
+}
+
+#[test]
+fn both_decoders_read_them() {
+    for (name, mesh, _) in vectors() {
+        let bytes = load(name);
+        let seen = agree(&bytes).unwrap_or_else(|| panic!("{name} is refused"));
+        same_triangles(&mesh, &seen.whole, &File::read(&bytes).unwrap());
+    }
+}
+
+#[test]
+fn they_are_what_the_read_me_says() {
+    // Levels, keyframes, whether there is a residue, vertices of the base and its shift.
+    let figures = |name| {
+        let file = File::read(&load(name)).unwrap();
+        let count = |kind| (0..file.levels.len()).filter(|&j| !file.atoms_of(kind, j).is_empty()).count();
+        let base = file.levels.last().unwrap();
+        let residue = !file.payload(RESIDUE, 0).is_empty();
+        (file.levels.len(), count(KEYFRAME), residue, base.vertices, base.shift)
+    };
+    assert_eq!(figures("tetrahedron.uwm"), (1, 0, false, 4, 0));
+    assert_eq!(figures("disc.uwm"), (8, 0, false, 4, 0));
+    assert_eq!(figures("torus.uwm"), (9, 2, true, 12, 0));
+    assert_eq!(figures("sphere.uwm"), (12, 4, false, 6, 5));
+    assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
+}
+
+#[test]
+fn cut_or_lengthened_they_are_refused() {
+    let mut bytes = load("disc.uwm");
+    for length in 0..bytes.len() {
+        assert!(File::read(&bytes[..length]).is_err(), "cut to {length} bytes");
+        assert!(by_crate(&bytes[..length], None).is_err(), "cut to {length} bytes");
+    }
+    for byte in [0, 1, 0xFF] {
+        bytes.push(byte);
+        assert!(agree(&bytes).is_none());
+        bytes.pop();
+    }
+}
+
+#[test]
+fn every_other_byte_is_found_out() {
+    let sound = load("hand.uwm");
+    let mut bytes = sound.clone();
+    for i in 0..bytes.len() {
+        for difference in 1..=255 {
+            bytes[i] = sound[i] ^ difference;
+            // A checksum covers every byte, and finds every change of a single one.
+            assert!(by_crate(&bytes, None).is_err(), "byte {i}");
+            if difference.is_power_of_two() {
+                assert!(File::read(&bytes).is_err(), "byte {i}");
+            }
+        }
+        bytes[i] = sound[i];
+    }
+}

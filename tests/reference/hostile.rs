@@ -1,0 +1,223 @@
+//! Files with faults behind sound checksums: both decoders refuse them, or both read the same from them.
+
+use proptest::prelude::*;
+use unweld::encoder::{Encoder, Keyframes, Options};
+use unweld::mesh::shapes;
+
+use super::agree::{agree, by_reference};
+use super::container::{Atom, BASE, File, Level, REFINEMENT, RESIDUE};
+use super::draft::{Draft, atom};
+use super::forge;
+use super::golden::load;
+use super::on_shapes::{every_shape, soup};
+use super::residue::Whole;
+
+/// How many of these files are read, of how many.
+fn judge(files: impl Iterator<Item = Vec<u8>>) -> (usize, usize) {
+    files.fold((0, 0), |(read, all), bytes| (read + usize::from(agree(&bytes).is_some()), all + 1))
+}
+
+#[test]
+fn a_draft_is_the_file_it_was_made_from() {
+    for name in ["tetrahedron.uwm", "disc.uwm", "torus.uwm", "sphere.uwm", "hand.uwm"] {
+        let bytes = load(name);
+        assert!(Draft::of(&bytes).bytes() == bytes, "{name}");
+    }
+}
+
+#[test]
+fn single_bits_of_a_small_file() {
+    for name in ["hand.uwm", "tetrahedron.uwm", "disc.uwm"] {
+        let draft = Draft::of(&load(name));
+        let (mut read, mut all) = (0, 0);
+        for bit in 0..8 {
+            let judged = judge(draft.changed(1 << bit));
+            read += judged.0;
+            all += judged.1;
+        }
+        // Errors, origin, optional atoms, names in the metadata and some payloads can be other than they are.
+        assert!(read > all / 20 && read < all / 2 + all / 4, "{name}: {read} of {all} are read");
+    }
+}
+
+#[test]
+fn a_byte_of_a_larger_file() {
+    for name in ["torus.uwm", "sphere.uwm"] {
+        let (read, all) = judge(Draft::of(&load(name)).changed(0x55).step_by(3));
+        assert!(read > 0 && read < all, "{name}: {read} of {all} are read");
+    }
+}
+
+/// A file of one level with this payload, of so many vertices and triangles.
+fn base_alone(vertices: u32, triangles: u32, atoms: Vec<Atom>) -> Draft {
+    let mut draft = Draft::of(&load("tetrahedron.uwm"));
+    draft.header[64] = 8;
+    draft.header.splice(68..80, [0; 12]);
+    draft.header.splice(12..28, [vertices, triangles].repeat(2).iter().flat_map(|count| count.to_le_bytes()));
+    draft.atoms = atoms;
+    draft
+}
+
+/// The same with a level 0 that adds these vertices and triangles.
+fn and_a_level(mut draft: Draft, vertices: u32, triangles: u32, bytes: &[u8]) -> Draft {
+    for (place, added) in [(12, vertices), (16, triangles)] {
+        let count = u32::from_le_bytes(std::array::from_fn(|i| draft.header[place + i])) + added;
+        draft.header[place..place + 4].copy_from_slice(&count.to_le_bytes());
+    }
+    draft.header[28] = 2;
+    draft.levels.extend([vertices as u8, triangles as u8, 0]);
+    draft.levels.extend([0; 12]);
+    for atom in &mut draft.atoms {
+        atom.level = 1;
+    }
+    draft.atoms.push(atom(REFINEMENT, 0, vertices.into(), triangles.into(), bytes));
+    draft
+}
+
+#[test]
+fn two_triangles_back_to_back() {
+    let shape = Level { vertices: 3, triangles: 2, shift: 0, max_error: 0.0, rms_error: 0.0 };
+    // The second symbol is C, and all is glued; no caps, all three vertices in one place.
+    let payload = [&[0], &forge::code(&[true], 0, shape)[..]].concat();
+    let bytes = base_alone(3, 2, vec![atom(BASE, 0, 0, 0, &payload)]).bytes();
+    let file = File::read(&bytes).unwrap();
+    assert_eq!(by_reference(&file, 0).err().as_deref(), Some("§2.2: rule 4"));
+    assert!(agree(&bytes).is_none());
+}
+
+/// An encoder stops at smaller stars; a reader that is told to flip goes on up to 64 triangles.
+#[test]
+fn the_largest_star() {
+    let mut options = Options { position_bits: 8, ..Options::default() };
+    options.simplify.base_vertices = Some(1000);
+    let torus = Encoder::new(options).encode_to_vec(&shapes::torus(16, 16)).unwrap();
+    let payload = File::read(&torus).unwrap().payload(BASE, 0);
+    let base = base_alone(256, 512, vec![atom(BASE, 0, 0, 0, &payload)]);
+    // A split of the first edge, and three zeros for its position: each the lower part of the range, as in §6.4.
+    let low = 0x7FFF_8000;
+    let range = [32768, 54591, 58956].iter().fold(0xFFFF_FFFF - low, |range: u32, zero| (range >> 16) * zero);
+    // At the very end of a range every further decision is 1, as long as the bytes last.
+    let start = (low + range - 1).to_be_bytes();
+    let mut largest = 0;
+    for length in 0..40 {
+        let code = [&start[..], &vec![0xFF; length]].concat();
+        let bytes = and_a_level(base.clone(), 1, 2, &code).bytes();
+        if let Some(seen) = agree(&bytes) {
+            let vertices = 0..seen.whole.positions.len();
+            largest = vertices.map(|v| valence(&seen.whole, v)).fold(largest, usize::max);
+        }
+    }
+    assert_eq!(largest, 64);
+}
+
+fn valence(whole: &Whole, v: usize) -> usize {
+    whole.triangles.iter().filter(|t| t.contains(&v)).count()
+}
+
+#[test]
+fn a_code_of_nothing() {
+    // A mesh without triangles asks for four bytes and makes no decision.
+    for length in 0..7 {
+        let draft = base_alone(0, 0, vec![atom(BASE, 0, 0, 0, &vec![0; 1 + length])]);
+        assert_eq!(agree(&draft.bytes()).is_some(), length <= 4, "a code of {length} bytes");
+    }
+}
+
+#[test]
+fn positions_beyond_binary64() {
+    let mut draft = Draft::of(&load("tetrahedron.uwm"));
+    draft.header.splice(56..64, 1e306f64.to_le_bytes());
+    draft.header.splice(68..80, [1u32; 3].iter().flat_map(|maximum| maximum.to_le_bytes()));
+    let seen = agree(&draft.bytes()).expect("the box alone must be finite, §3.2");
+    assert!(seen.whole.positions.iter().flatten().any(|x| x.is_infinite()));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn a_few_bytes_of_any_payload(
+        shape in 0..every_shape().len(),
+        mesh in soup(),
+        take_soup: bool,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), any::<u8>()), 1..3),
+        cut in any::<prop::sample::Index>(),
+        shorter: bool,
+    ) {
+        let mesh = if take_soup { mesh } else { every_shape().swap_remove(shape) };
+        let mut options = Options { keyframes: Keyframes::Every(4), atom_bytes: 60, ..Options::default() };
+        options.simplify.base_vertices = Some(8);
+        let Ok(bytes) = Encoder::new(options).encode_to_vec(&mesh) else { return Ok(()) };
+        let mut draft = Draft::of(&bytes);
+        for (atom, place, value) in changes {
+            let atom = atom.index(draft.atoms.len());
+            let place = place.index(draft.atoms[atom].bytes.len());
+            draft.atoms[atom].bytes[place] = value;
+        }
+        if shorter {
+            let atom = cut.index(draft.atoms.len());
+            let length = draft.atoms[atom].bytes.len();
+            draft.atoms[atom].bytes.truncate(length.div_ceil(2));
+        }
+        agree(&draft.bytes());
+    }
+    #[test]
+    fn any_base(triangles in 1..14u32, boundary in 0..9u8, code in prop::collection::vec(any::<u8>(), 1..24)) {
+        let payload = [&[boundary], &code[..]].concat();
+        for vertices in 3..=3 * triangles {
+            agree(&base_alone(vertices, triangles, vec![atom(BASE, 0, 0, 0, &payload)]).bytes());
+        }
+    }
+
+    /// Decisions changed, not bytes: what comes after them keeps its meaning.
+    #[test]
+    fn other_decisions_of_a_base(
+        shape in 0..every_shape().len(),
+        changes in prop::collection::vec((any::<prop::sample::Index>(), 0..3u8), 1..4),
+        boundary in -1..2i64,
+    ) {
+        let mut options = Options { position_bits: 8, ..Options::default() };
+        options.simplify.base_vertices = Some(4 + shape);
+        let bytes = Encoder::new(options).encode_to_vec(&every_shape()[shape]).unwrap();
+        let file = File::read(&bytes).unwrap();
+        let base = file.levels[file.levels.len() - 1];
+        let payload = file.payload(BASE, file.levels.len() - 1);
+        let edges = u64::from(payload[0]);
+        let mut decisions = forge::decisions(&payload[1..], edges, base);
+        for (place, change) in changes {
+            // The shape is told first.
+            let place = place.index(decisions.len().min(80));
+            match change {
+                0 => decisions[place] ^= true,
+                1 => decisions.insert(place, true),
+                _ => { decisions.remove(place); }
+            }
+        }
+        let edges = edges.saturating_add_signed(boundary);
+        for vertices in base.vertices.saturating_sub(2)..=base.vertices + 2 {
+            let level = Level { vertices, shift: 0, ..base };
+            let payload = [&[edges as u8], &forge::code(&decisions, edges, level)[..]].concat();
+            agree(&base_alone(vertices as u32, base.triangles as u32, vec![atom(BASE, 0, 0, 0, &payload)]).bytes());
+        }
+    }
+
+    #[test]
+    fn any_refinement(vertices in 1..5u32, code in prop::collection::vec(any::<u8>(), 1..24), open: bool) {
+        let name = if open { "hand.uwm" } else { "tetrahedron.uwm" };
+        let file = File::read(&load(name)).unwrap();
+        let base = file.levels[file.levels.len() - 1];
+        let atoms = vec![atom(BASE, 0, 0, 0, &file.payload(BASE, file.levels.len() - 1))];
+        let draft = base_alone(base.vertices as u32, base.triangles as u32, atoms);
+        for triangles in vertices..=2 * vertices {
+            agree(&and_a_level(draft.clone(), vertices, triangles, &code).bytes());
+        }
+    }
+
+    #[test]
+    fn any_residue(code in prop::collection::vec(any::<u8>(), 1..40)) {
+        let mut draft = Draft::of(&load("tetrahedron.uwm"));
+        draft.atoms.retain(|a| a.kind == BASE);
+        draft.atoms.push(atom(RESIDUE, 0, 0, 0, &code));
+        agree(&draft.bytes());
+    }
+}

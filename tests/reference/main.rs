@@ -1,0 +1,22 @@
+//! A second decoder, written from `spec/` alone, slow and obvious: one file a chapter. It judges the crate's decoder.
+
+mod connectivity;
+mod container;
+mod contexts;
+mod decode;
+mod entropy;
+mod keyframe;
+mod metadata;
+mod refinement;
+mod residue;
+mod table;
+mod walk;
+
+mod agree;
+mod by_hand;
+mod draft;
+mod forge;
+mod golden;
+mod hostile;
+mod on_shapes;
+mod real;

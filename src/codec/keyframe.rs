@@ -131,8 +131,12 @@ fn renumbered(table: &CornerTable, roots: &Roots, walk: &Walk) -> ProgressiveMes
         name[v.index()] = Vertex(k as u32);
     }
     let renamed = |v: Vertex| name[v.index()];
-    let vertices = table.triangles().flat_map(|t| t.corners()).map(|c| renamed(table.vertex(c))).collect();
-    let opposites = table.triangles().flat_map(|t| t.corners()).map(|c| table.opposite(c)).collect();
+    let mut vertices = Vec::with_capacity(3 * table.triangle_count());
+    let mut opposites = Vec::with_capacity(3 * table.triangle_count());
+    for c in table.triangles().flat_map(|t| t.corners()) {
+        vertices.push(renamed(table.vertex(c)));
+        opposites.push(table.opposite(c));
+    }
     let table = CornerTable::from_parts(order.len(), vertices, opposites);
     let edges = roots.edges().iter().map(|&(u, w)| (renamed(u), renamed(w))).collect();
     let roots = Roots::new(&table, edges);

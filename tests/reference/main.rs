@@ -1,4 +1,5 @@
 //! A second decoder, written from `spec/` alone, slow and obvious: one file a chapter. It judges the crate's decoder.
+#![cfg(feature = "encode")]
 
 mod connectivity;
 mod container;

@@ -91,7 +91,7 @@ fn read_further(code: &mut Code, file: &File) -> Result<Vec<[f64; 3]>> {
         for i in 0..3 {
             q[i] += code.signed(&mut axes[i])?;
         }
-        demand(q.iter().all(|x| (-1 << 30..=1 << 30).contains(x)), "8.3: too far from the lattice")?;
+        demand(q.iter().all(|x| -1 << 30 < *x && *x < 1 << 30), "8.3: too far from the lattice")?;
         further.push(file.position(q));
     }
     for _ in 0..far {

@@ -218,7 +218,8 @@ impl Builder {
         if self.open > 0 {
             return Err(ConnectivityError::Open);
         }
-        let Self { opposites, starts, .. } = self;
+        let Self { opposites, starts, next, prev, counts, .. } = self;
+        drop((next, prev, counts)); // Their memory is needed.
         let triangles = opposites.len() / 3;
         let mut is_first: BitVec = BitVec::repeat(false, triangles);
         for start in &starts {

@@ -256,3 +256,21 @@ fn bytes_behind_the_end_are_refused_whichever_push_brings_them() {
     assert_eq!(outcome(&[&file, b"x", b"yz"]), at_once);
     assert_eq!(outcome(&[&file]), Ok(()));
 }
+
+#[test]
+fn a_jump_to_level_0_brings_the_residue() {
+    let mut mesh = shapes::sphere(3);
+    mesh.triangles.extend([mesh.triangles[0], [3, 3, 5]]);
+    mesh.positions.push([9.0; 3]);
+    let file = Encoder::new(small()).encode_to_vec(&mesh).unwrap();
+    let contents = parse_contents(&file).unwrap().unwrap();
+    let plan = plan_from_keyframe(&contents, 0);
+    let mut decoder = Decoder::of_plan(contents.clone(), &plan, decoder::Options::default());
+    for part in &plan.parts {
+        decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
+    }
+    while decoder.poll().unwrap().is_some() {}
+    let (back, lattice) = (decoder.assembled().unwrap(), contents.header.lattice);
+    assert_eq!(triangles(&back, &lattice), triangles(&mesh, &lattice));
+    assert_eq!(back.positions.len(), mesh.positions.len());
+}

@@ -12,7 +12,7 @@ use clap::ValueEnum;
 use std::fs;
 use std::path::{Path, PathBuf};
 use unweld::codec::walk::Walk;
-use unweld::container::{Plan, Want, plan};
+use unweld::container::{Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::IndexedMesh;
 
@@ -184,7 +184,7 @@ fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
     };
     let until = Until { level, ..Until::default() };
     let plan = match args.via {
-        Via::Keyframe => Some(uwm.plan_from_keyframe(level)),
+        Via::Keyframe => Some(plan_from_keyframe(&uwm.contents, level)),
         // Level 0 takes the whole file, and all its checksums with it.
         Via::Replay if level == 0 => None,
         Via::Replay => Some(plan(&contents, Want::Level(level))),

@@ -8,6 +8,7 @@ use super::progress::Progress;
 use super::uwm::Uwm;
 use std::path::PathBuf;
 use unweld::codec::residue::{Residue, ResidueCounts};
+use unweld::container::plan_from_keyframe;
 use unweld::decoder::Until;
 
 /// Tell what a .uwm file holds: levels, bytes, errors, origin
@@ -63,7 +64,7 @@ pub fn describe(uwm: &mut Uwm, progress: &mut Progress) -> anyhow::Result<Descri
     let metadata = uwm.metadata()?;
     let mut residue = ResidueCounts::default();
     if !uwm.contents.residue().is_empty() {
-        let plan = uwm.plan_from_keyframe(0);
+        let plan = plan_from_keyframe(&uwm.contents, 0);
         let decoder = uwm.decode(Some(&plan), Until::default(), progress, &mut |_, _| Ok(()))?;
         residue = decoder.residue().map(Residue::counts).unwrap_or_default();
     }

@@ -77,15 +77,6 @@ impl Uwm {
         Ok(decoder.metadata().cloned())
     }
 
-    /// The way to a level by a keyframe; at level 0 with the residue.
-    pub fn plan_from_keyframe(&self, level: u32) -> Plan {
-        let mut plan = plan_from_keyframe(&self.contents, level);
-        if level == 0 && !self.contents.residue().is_empty() {
-            plan.parts.push(self.part(self.contents.residue()));
-        }
-        plan
-    }
-
     /// Some consecutive atoms.
     pub fn part(&self, atoms: Range<usize>) -> Part {
         Part { bytes: self.contents.bytes(atoms.clone()), atoms }

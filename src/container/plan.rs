@@ -94,14 +94,18 @@ pub fn plan(contents: &Contents, want: Want) -> Plan {
 }
 
 /// The way to level `level` that skips most of the file: from the finest keyframe that is not finer, or from
-/// the base where there is none. A level coarser than the base is taken for the base.
+/// the base where there is none. A level coarser than the base is taken for the base; level 0 comes with the residue.
 pub fn plan_from_keyframe(contents: &Contents, level: u32) -> Plan {
     let base = contents.base_level();
     let level = level.min(base);
     let start = (level..=base).find(|&j| contents.starts_segment(j)).unwrap_or(base);
     let mut parts = vec![part(contents, contents.keyframe(start).unwrap_or(contents.steps(base)))];
+    let residue = if level == 0 { contents.residue() } else { 0..0 };
     if start > level {
-        parts.push(part(contents, contents.steps(start - 1).start..contents.steps(level).end));
+        let end = contents.steps(level).end.max(residue.end);
+        parts.push(part(contents, contents.steps(start - 1).start..end));
+    } else if !residue.is_empty() {
+        parts.push(part(contents, residue));
     }
     let reached = &contents.levels[level as usize];
     Plan { start, level, complete: true, vertices: reached.vertices, triangles: reached.triangles, parts }
@@ -157,7 +161,7 @@ mod tests {
         let plan = plan_from_keyframe(&contents, 0);
         assert_eq!((plan.start, plan.level, plan.triangles), (1, 0, 20));
         let runs: Vec<_> = plan.parts.iter().map(|part| part.atoms.clone()).collect();
-        assert_eq!(runs, [contents.keyframe(1).unwrap(), contents.steps(0)]);
+        assert_eq!(runs, [contents.keyframe(1).unwrap(), contents.steps(0).start..contents.residue().end]);
         assert_eq!(plan.byte_count(), testing::bytes_of(&contents, &runs));
         assert_eq!(plan_from_keyframe(&contents, 1).parts.len(), 1);
         let base = plan_from_keyframe(&contents, 7);

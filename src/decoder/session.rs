@@ -43,6 +43,8 @@ pub struct Session {
     level: Option<u32>,
     /// The parts of a payload of several atoms.
     parts: Vec<u8>,
+    /// Where the first of them stands in the file.
+    parts_start: u64,
     log: Option<Log>,
     stopped: bool,
 }
@@ -61,6 +63,7 @@ impl Session {
             start: 0,
             level: None,
             parts: Vec::new(),
+            parts_start: 0,
             log: options.undo.then(Log::default),
             stopped: false,
             options,
@@ -137,16 +140,18 @@ impl Session {
         Ok(())
     }
 
-    /// Collects a payload of several atoms; returns it with the offset of its last part once that is there.
+    /// Collects a payload of several atoms; returns it with the offset of its first part once its last is there.
     fn gather(&mut self, atom: &Atom, payload: &[u8]) -> Result<Option<(Vec<u8>, u64)>> {
         self.budget.take_memory(payload.len(), 1)?;
+        if self.parts.is_empty() {
+            self.parts_start = atom.offset;
+        }
         self.parts.extend_from_slice(payload);
         if !atom.last {
             return Ok(None);
         }
         self.budget.give_memory(self.parts.len(), 1);
-        let start = atom.offset + payload.len() as u64 - self.parts.len() as u64;
-        Ok(Some((std::mem::take(&mut self.parts), start)))
+        Ok(Some((std::mem::take(&mut self.parts), self.parts_start)))
     }
 
     fn whole(

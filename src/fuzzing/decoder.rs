@@ -45,6 +45,7 @@ pub fn fuzz_chunks(data: &[u8]) {
 /// A decoder that holds the way to level 0, residue and metadata that begins with the base or keyframe of level `j`.
 pub(super) fn from_keyframe(file: &[u8], contents: &Arc<Contents>, j: u32, options: Options) -> Decoder {
     let mut plan = plan_from_keyframe(contents, j);
+    plan.parts.truncate(1);
     let first = if j > 0 { contents.steps(j - 1).start } else { contents.steps(0).end };
     let atoms = first..contents.metadata().end;
     plan.parts.push(Part { bytes: contents.bytes(atoms.clone()), atoms });

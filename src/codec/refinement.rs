@@ -126,6 +126,14 @@ pub struct LevelPass {
     pub position_bits: f64,
 }
 
+/// Everything that a decision may look at or change.
+struct Under<'a, C, A> {
+    mesh: &'a mut ProgressiveMesh,
+    models: &'a mut SegmentModels,
+    coder: &'a mut C,
+    answers: &'a mut A,
+}
+
 impl LevelPass {
     /// Fixes the walk of the coarser level. `precision` is the finer level's s, `bits` the lattice's.
     pub fn new(mesh: &ProgressiveMesh, walk: Walk, precision: u32, bits: u32) -> Self {
@@ -160,15 +168,16 @@ impl LevelPass {
         coder: &mut C,
         answers: &mut A,
     ) -> Result<Option<Inserted>, RefinementError> {
+        let mut under = Under { mesh, models, coder, answers };
         loop {
             let found = match self.pass {
-                Pass::Split => self.next_split(mesh, models, coder, answers)?,
-                Pass::Face => self.next_face(mesh, models, coder, answers)?,
-                Pass::Attach => self.next_attach(mesh, models, coder, answers)?,
+                Pass::Split => self.next_split(&mut under)?,
+                Pass::Face => self.next_face(&mut under)?,
+                Pass::Attach => self.next_attach(&mut under)?,
                 Pass::Done => return Ok(None),
             };
             if let Some(inserted) = found {
-                self.in_star.resize(mesh.table.slots(), false);
+                self.in_star.resize(under.mesh.table.slots(), false);
                 for t in &inserted.star {
                     self.in_star[t.index()] = true;
                 }
@@ -190,22 +199,20 @@ impl LevelPass {
 
     fn next_split<C: BitCoder, A: Answers>(
         &mut self,
-        mesh: &mut ProgressiveMesh,
-        models: &mut SegmentModels,
-        coder: &mut C,
-        answers: &mut A,
+        under: &mut Under<C, A>,
     ) -> Result<Option<Inserted>, RefinementError> {
         while let Some(&k) = self.walk.edges.get(self.cursor) {
             self.cursor += 1;
-            let o = mesh.table.opposite(k);
+            let table = &under.mesh.table;
+            let o = table.opposite(k);
             if self.starred(k) || (o.is_some() && self.starred(o)) {
                 continue;
             }
-            let model = self.split_model(mesh, models, k, o);
-            let yes = coder.bit(model, || answers.split(&mesh.table, k));
-            coder.check()?;
+            let model = self.split_model(under.mesh, under.models, k, o);
+            let yes = under.coder.bit(model, || under.answers.split(table, k));
+            under.coder.check()?;
             if yes {
-                return self.split(mesh, models, coder, answers, k).map(Some);
+                return self.split(under, k).map(Some);
             }
         }
         Ok(None)
@@ -236,35 +243,23 @@ impl LevelPass {
 
     fn split<C: BitCoder, A: Answers>(
         &mut self,
-        mesh: &mut ProgressiveMesh,
-        models: &mut SegmentModels,
-        coder: &mut C,
-        answers: &mut A,
+        under: &mut Under<C, A>,
         k: Corner,
     ) -> Result<Inserted, RefinementError> {
-        let v = answers.vertex(mesh);
-        let (a, b) = mesh.table.edge(k);
-        let (pa, pb) = (self.cell(mesh, a), self.cell(mesh, b));
+        let (a, b) = under.mesh.table.edge(k);
+        let (pa, pb) = (self.cell(under.mesh, a), self.cell(under.mesh, b));
         let middle = std::array::from_fn(|i| (pa[i] + pb[i]) >> 1);
-        let numbers = &mut models.position[0][context::extent(pa, pb)];
-        let position = self.code_position(numbers, coder, middle, answers)?;
-        let (corners, count) = stellar::split_edge(&mut mesh.table, k, v);
-        mesh.set_position(v, position);
-        let flips = self.flips(mesh, models, coder, answers, v, &corners[..count]);
-        let destroyed = flips.iter().map(|&(p, q)| (p, q)).chain([(a, b)]);
-        mesh.roots.insert(&mesh.table, v, a, destroyed);
-        let star = mesh.table.fan(v).map(Corner::triangle).collect();
-        let flips = flips.into_iter().map(|(p, _)| p).collect();
-        Ok(Inserted { vertex: v, site: Site::Edge(a, b), flips, star })
+        let (v, position) = self.code_vertex(under, EDGE, context::extent(pa, pb), middle)?;
+        let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
+        under.mesh.set_position(v, position);
+        let flipped = self.flips(under, v, &corners[..count]);
+        Ok(inserted(under.mesh, v, Site::Edge(a, b), &flipped))
     }
 
     /// Asks, first in first out, for the flips of the link edges that `corners` at `v` face. Returns the edges flipped.
     fn flips<C: BitCoder, A: Answers>(
         &mut self,
-        mesh: &mut ProgressiveMesh,
-        models: &mut SegmentModels,
-        coder: &mut C,
-        answers: &A,
+        under: &mut Under<C, A>,
         v: Vertex,
         corners: &[Corner],
     ) -> Vec<(Vertex, Vertex)> {
@@ -272,25 +267,26 @@ impl LevelPass {
         self.queue.clear();
         self.queue.extend_from_slice(corners);
         self.ring.clear();
-        self.ring.extend(mesh.table.link(v));
+        self.ring.extend(under.mesh.table.link(v));
         let mut size = corners.len();
         let mut head = 0;
         while head < self.queue.len() && size < MAX_STAR {
             let c = self.queue[head];
             head += 1;
-            let o = mesh.table.opposite(c);
+            let table = &under.mesh.table;
+            let o = table.opposite(c);
             if o.is_none() || self.in_star.get(o.triangle().index()) == Some(&true) {
                 continue;
             }
-            let r = mesh.table.vertex(o);
+            let r = table.vertex(o);
             if r == v || self.ring.contains(&r) {
                 continue;
             }
-            let (p, q) = mesh.table.edge(c);
-            let [pv, pp, pq, pr] = [v, p, q, r].map(|w| self.cell(mesh, w));
-            let model = &mut models.flip[(size - 2).min(5)][context::delaunay(pv, pp, pq, pr)];
-            if coder.bit(model, || answers.flip(&mesh.table, c)) {
-                let other = stellar::flip(&mut mesh.table, c);
+            let (p, q) = table.edge(c);
+            let [pv, pp, pq, pr] = [v, p, q, r].map(|w| self.cell(under.mesh, w));
+            let model = &mut under.models.flip[(size - 2).min(5)][context::delaunay(pv, pp, pq, pr)];
+            if under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
+                let other = stellar::flip(&mut under.mesh.table, c);
                 self.queue.extend([c, other]);
                 self.ring.push(r);
                 size += 1;
@@ -302,65 +298,53 @@ impl LevelPass {
 
     fn next_face<C: BitCoder, A: Answers>(
         &mut self,
-        mesh: &mut ProgressiveMesh,
-        models: &mut SegmentModels,
-        coder: &mut C,
-        answers: &mut A,
+        under: &mut Under<C, A>,
     ) -> Result<Option<Inserted>, RefinementError> {
         while let Some(&c) = self.walk.triangles.get(self.cursor) {
             self.cursor += 1;
             if self.starred(c) {
                 continue;
             }
-            let yes = coder.bit(&mut models.face, || answers.face(&mesh.table, c));
-            coder.check()?;
+            let yes = under.coder.bit(&mut under.models.face, || under.answers.face(&under.mesh.table, c));
+            under.coder.check()?;
             if !yes {
                 continue;
             }
-            let v = answers.vertex(mesh);
-            let [x, y, z] = [c, c.next(), c.prev()].map(|c| mesh.table.vertex(c));
-            let [px, py, pz] = [x, y, z].map(|w| self.cell(mesh, w));
+            let [x, y, z] = [c, c.next(), c.prev()].map(|c| under.mesh.table.vertex(c));
+            let [px, py, pz] = [x, y, z].map(|w| self.cell(under.mesh, w));
             let middle = std::array::from_fn(|i| (px[i] + py[i] + pz[i]).div_euclid(3));
             let extent = context::extent(px, py).max(context::extent(py, pz));
-            let position = self.code_position(&mut models.position[1][extent], coder, middle, answers)?;
-            stellar::split_face(&mut mesh.table, c, v);
-            mesh.set_position(v, position);
-            mesh.roots.insert(&mesh.table, v, x, []);
-            let star = mesh.table.fan(v).map(Corner::triangle).collect();
-            return Ok(Some(Inserted { vertex: v, site: Site::Face(x, y, z), flips: Vec::new(), star }));
+            let (v, position) = self.code_vertex(under, FACE, extent, middle)?;
+            stellar::split_face(&mut under.mesh.table, c, v);
+            under.mesh.set_position(v, position);
+            return Ok(Some(inserted(under.mesh, v, Site::Face(x, y, z), &[])));
         }
         Ok(None)
     }
 
     fn next_attach<C: BitCoder, A: Answers>(
         &mut self,
-        mesh: &mut ProgressiveMesh,
-        models: &mut SegmentModels,
-        coder: &mut C,
-        answers: &mut A,
+        under: &mut Under<C, A>,
     ) -> Result<Option<Inserted>, RefinementError> {
         while let Some(&(a, b)) = self.boundary.get(self.cursor) {
             self.cursor += 1;
             // The triangle behind a→b may have been rewritten, so the edge is found through its start.
-            let k = mesh.table.corner_of(a).prev();
-            if mesh.table.edge(k) != (a, b) {
+            let k = under.mesh.table.corner_of(a).prev();
+            if under.mesh.table.edge(k) != (a, b) {
                 continue;
             }
-            let yes = coder.bit(&mut models.attach, || answers.attach(&mesh.table, k));
-            coder.check()?;
+            let yes =
+                under.coder.bit(&mut under.models.attach, || under.answers.attach(&under.mesh.table, k));
+            under.coder.check()?;
             if !yes {
                 continue;
             }
-            let v = answers.vertex(mesh);
-            let [pa, pb] = [a, b].map(|w| self.cell(mesh, w));
-            let prediction = std::array::from_fn(|i| (pa[i] + pb[i]) >> 1);
-            let numbers = &mut models.position[2][context::extent(pa, pb)];
-            let position = self.code_position(numbers, coder, prediction, answers)?;
-            stellar::attach(&mut mesh.table, k, v);
-            mesh.set_position(v, position);
-            mesh.roots.insert(&mesh.table, v, a, []);
-            let star = mesh.table.fan(v).map(Corner::triangle).collect();
-            return Ok(Some(Inserted { vertex: v, site: Site::Attach(a, b), flips: Vec::new(), star }));
+            let [pa, pb] = [a, b].map(|w| self.cell(under.mesh, w));
+            let middle = std::array::from_fn(|i| (pa[i] + pb[i]) >> 1);
+            let (v, position) = self.code_vertex(under, ATTACH, context::extent(pa, pb), middle)?;
+            stellar::attach(&mut under.mesh.table, k, v);
+            under.mesh.set_position(v, position);
+            return Ok(Some(inserted(under.mesh, v, Site::Attach(a, b), &[])));
         }
         Ok(None)
     }
@@ -370,25 +354,43 @@ impl LevelPass {
         mesh.positions[v.index()].map(|x| x >> self.precision)
     }
 
-    fn code_position<C: BitCoder, A: Answers>(
+    /// Codes where the next vertex lies, as what its cell differs by from `prediction`. Returns its number and full-scale position.
+    fn code_vertex<C: BitCoder, A: Answers>(
         &mut self,
-        numbers: &mut NumberModel,
-        coder: &mut C,
+        under: &mut Under<C, A>,
+        site: usize,
+        extent: usize,
         prediction: [i32; 3],
-        answers: &A,
-    ) -> Result<[i32; 3], RefinementError> {
-        let truth = if C::ENCODES { answers.position().map(|x| x >> self.precision) } else { [0; 3] };
+    ) -> Result<(Vertex, [i32; 3]), RefinementError> {
+        let truth = if C::ENCODES { under.answers.position().map(|x| x >> self.precision) } else { [0; 3] };
+        let numbers = &mut under.models.position[site][extent];
         let mut cell = [0; 3];
-        let before = coder.spent();
+        let before = under.coder.spent();
         for i in 0..3 {
-            let residual = numbers.signed(coder, || truth[i] - prediction[i])?;
+            let residual = numbers.signed(under.coder, || truth[i] - prediction[i])?;
             cell[i] = prediction[i].wrapping_add(residual);
         }
-        self.position_bits += coder.spent() - before;
+        self.position_bits += under.coder.spent() - before;
         if cell.iter().any(|x| !(0..=self.max).contains(x)) {
             return Err(RefinementError::OffLattice(cell));
         }
-        coder.check()?;
-        Ok(cell.map(|x| from_cell(x, self.precision)))
+        under.coder.check()?;
+        Ok((under.answers.vertex(under.mesh), cell.map(|x| from_cell(x, self.precision))))
     }
+}
+
+/// Places of [`SegmentModels::position`].
+const EDGE: usize = 0;
+const FACE: usize = 1;
+const ATTACH: usize = 2;
+
+/// What has been carried out, once its last flip is done; the root edge is looked after.
+fn inserted(mesh: &mut ProgressiveMesh, v: Vertex, site: Site, flipped: &[(Vertex, Vertex)]) -> Inserted {
+    let (beside, split) = match site {
+        Site::Edge(a, b) => (a, Some((a, b))),
+        Site::Face(a, ..) | Site::Attach(a, _) => (a, None),
+    };
+    mesh.roots.insert(&mesh.table, v, beside, flipped.iter().copied().chain(split));
+    let star = mesh.table.fan(v).map(Corner::triangle).collect();
+    Inserted { vertex: v, site, flips: flipped.iter().map(|&(p, _)| p).collect(), star }
 }

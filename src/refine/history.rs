@@ -45,10 +45,11 @@ impl History {
         self.ends.len()
     }
 
-    /// The operations that lead from level `j + 1` to level `j`.
+    /// The operations that lead from level `j + 1` to level `j`; none where there is no such level.
     pub fn level(&self, j: usize) -> &[Operation] {
-        let start = if j == 0 { 0 } else { self.ends[j - 1] };
-        &self.operations[start..self.ends[j]]
+        let Some(&end) = self.ends.get(j) else { return &[] };
+        let start = j.checked_sub(1).map_or(0, |finer| self.ends[finer]);
+        &self.operations[start..end]
     }
 
     /// All operations, in the order of removal.
@@ -91,5 +92,40 @@ impl History {
     /// Bytes held.
     pub fn memory(&self) -> usize {
         self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * size_of::<Vertex>()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn no_history_panics_whatever_it_contains(
+            records in prop::collection::vec((0..50u32, 0..3u8, [0..50u32, 0..50, 0..50], any::<bool>()), 0..30),
+            flips in prop::collection::vec(0..50u32, 0..5),
+        ) {
+            let mesh = shapes::annulus(8);
+            let mut table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
+            let mut history = History::default();
+            for (v, kind, [a, b, c], ends) in records {
+                let [a, b, c] = [a, b, c].map(Vertex);
+                let site = [Site::Edge(a, b), Site::Face(a, b, c), Site::Attach(a, b)][usize::from(kind)];
+                history.push(Vertex(v), site, flips.iter().copied().map(Vertex));
+                if ends {
+                    history.end_level();
+                }
+            }
+            // One level more than there is, in both directions.
+            for j in 0..=history.level_count() {
+                let _ = history.undo_level(&mut table, j);
+                let _ = history.apply_level(&mut table, j);
+                prop_assert_eq!(table.check(), Ok(()));
+            }
+            while history.pop().is_some() {}
+            prop_assert_eq!(history.level_count(), 0);
+        }
     }
 }

@@ -1,8 +1,9 @@
 //! A file that no encoder of this crate writes, put together from the examples of the specification.
 
 use super::agree::{agree, sorted};
-use super::container::{BASE, File, PRECISION, REFINEMENT};
+use super::container::{BASE, File, Level, PRECISION, REFINEMENT};
 use super::draft::{Draft, atom};
+use super::forge;
 use super::golden::load;
 
 /// The square of §7.3 and §5.7 with s(1) = 2, but
@@ -96,4 +97,16 @@ fn the_frame_of_the_example_in_chapter_3() {
     assert_eq!(bytes[135..139], [0x3C, 0xCF, 0x0A, 0xE1]);
     assert_eq!(File::read(&bytes).map(|file| file.levels.len()), Ok(2));
     assert!(agree(&bytes).is_none(), "abc is no mesh");
+}
+
+/// The base of §7.3 holds the decisions that its table tells, and another encoder's code for them is read alike.
+#[test]
+fn the_example_of_chapter_7() {
+    let square = Level { vertices: 4, triangles: 2, shift: 0, max_error: 0.0, rms_error: 0.0 };
+    let decisions = forge::decisions(&[0x6F, 0x5F, 0x63, 0x8C, 0x82], 4, square);
+    // R, C, R, C, C behind the first E: C? 0 and R? 1, or C? 1; then the one cap that needs telling.
+    let connectivity = [[0, 1].as_slice(), &[1], &[0, 1], &[1], &[1], &[1]].concat();
+    let expected: Vec<bool> = connectivity.into_iter().map(|bit| bit == 1).collect();
+    assert_eq!(decisions[..expected.len()], expected);
+    assert_eq!(forge::decisions(&forge::code(&decisions, 4, square), 4, square), decisions);
 }

@@ -55,7 +55,7 @@ pub struct Delta {
     pub moved: Vec<u32>,
     /// Triangles appended.
     pub triangles: Range<u32>,
-    /// Triangles rewritten, ascending, without those appended.
+    /// Triangles rewritten, each once, without those appended.
     pub rewritten: Vec<u32>,
 }
 

@@ -8,6 +8,8 @@ pub mod keyframe;
 pub mod precision;
 pub mod refinement;
 pub mod residue;
+pub mod position;
+pub mod survey;
 pub mod walk;
 
 #[cfg(all(test, feature = "encode"))]

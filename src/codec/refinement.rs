@@ -1,8 +1,10 @@
 //! A refinement level, operation by operation: splits with positions and flips, face splits, attachments (spec §5.3 to §5.5).
 
-use super::context::{self, ANGLES, RATIOS};
+use super::context::{self, ANGLES, BENDS};
+use super::position::{PositionModels, Surroundings};
+use super::survey::{self, Survey};
 use super::walk::Walk;
-use crate::entropy::{Bit, BitCoder, CodingError, NumberModel};
+use crate::entropy::{Bit, BitCoder, CodingError};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
 
@@ -12,23 +14,22 @@ pub const MAX_STAR: usize = 64;
 /// The models of refinements. They start afresh with each segment (spec §5.2).
 #[derive(Clone, Debug)]
 pub struct SegmentModels {
-    split: [[[Bit; RATIOS]; 5]; 2],
-    flip: [[Bit; ANGLES]; 6],
+    split: [[[Bit; survey::CLASSES]; 8]; 2],
+    flip: [[Bit; ANGLES]; BENDS],
     face: Bit,
     attach: Bit,
-    /// By site (edge, face, attachment) and extent.
-    position: [Vec<NumberModel>; 3],
+    position: PositionModels,
     pub(super) precision: [Bit; 3],
 }
 
 impl Default for SegmentModels {
     fn default() -> Self {
         Self {
-            split: [[[Bit::NEW; RATIOS]; 5]; 2],
-            flip: [[Bit::NEW; ANGLES]; 6],
+            split: [[[Bit::NEW; survey::CLASSES]; 8]; 2],
+            flip: [[Bit::NEW; ANGLES]; BENDS],
             face: Bit::NEW,
             attach: Bit::NEW,
-            position: std::array::from_fn(|_| vec![NumberModel::default(); 33]),
+            position: PositionModels::default(),
             precision: [Bit::NEW; 3],
         }
     }
@@ -84,8 +85,17 @@ pub struct Inserted {
     pub site: Site,
     /// The starts of the link edges flipped, in order.
     pub flips: Vec<Vertex>,
+    /// Their ends.
+    pub ends: Vec<Vertex>,
     /// The triangles of its star; those that existed before the operation have been rewritten.
     pub star: Vec<Triangle>,
+}
+
+impl Default for Inserted {
+    fn default() -> Self {
+        let site = Site::Edge(Vertex::NONE, Vertex::NONE);
+        Self { vertex: Vertex::NONE, site, flips: Vec::new(), ends: Vec::new(), star: Vec::new() }
+    }
 }
 
 /// Why a refinement cannot be read.
@@ -111,17 +121,19 @@ enum Pass {
 #[derive(Debug)]
 pub struct LevelPass {
     walk: Walk,
+    survey: Survey,
     /// Boundary edges of the coarser level, start and end, in walk order.
     boundary: Vec<(Vertex, Vertex)>,
     pass: Pass,
     cursor: usize,
-    /// Triangles that belong to the star of a vertex of this level.
-    in_star: Vec<bool>,
+    /// By triangle: [`STAR`] in the star of a vertex of this level, else how many of its edges are boundary or have a star beyond.
+    state: Vec<u8>,
     precision: u32,
     /// Largest coordinate of a cell.
     max: i32,
     queue: Vec<Corner>,
     ring: Vec<Vertex>,
+    inserted: Inserted,
     /// Bits that positions took, where this side writes.
     pub position_bits: f64,
 }
@@ -134,25 +146,31 @@ struct Under<'a, C, A> {
     answers: &'a mut A,
 }
 
+/// A triangle in the star of a vertex of this level.
+const STAR: u8 = 255;
+
 impl LevelPass {
-    /// Fixes the walk of the coarser level. `precision` is the finer level's s, `bits` the lattice's.
-    pub fn new(mesh: &ProgressiveMesh, walk: Walk, precision: u32, bits: u32) -> Self {
+    /// Walks the coarser level. `precision` is the finer level's s, `bits` the lattice's.
+    pub fn new(mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
         let table = &mesh.table;
-        let open = walk.edges.iter().filter(|&&k| table.opposite(k).is_none());
-        let boundary = open.map(|&k| table.edge(k)).collect();
-        let in_star = vec![false; table.slots()];
-        let max = ((1u32 << (bits - precision.min(bits))) - 1) as i32;
-        let (queue, ring) = (Vec::new(), Vec::new());
+        let cell = |v: Vertex| mesh.positions[v.index()].map(|x| x >> precision);
+        let (walk, survey) = Survey::new(table, &mesh.roots, cell);
+        let mut state = vec![0; table.slots()];
+        for k in &walk.boundary {
+            state[k.triangle().index()] += 1;
+        }
         Self {
+            boundary: walk.boundary.iter().map(|&k| table.edge(k)).collect(),
             walk,
-            boundary,
+            survey,
             pass: Pass::Split,
             cursor: 0,
-            in_star,
+            state,
             precision,
-            max,
-            queue,
-            ring,
+            max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
+            queue: Vec::new(),
+            ring: Vec::new(),
+            inserted: Inserted::default(),
             position_bits: 0.0,
         }
     }
@@ -167,7 +185,7 @@ impl LevelPass {
         models: &mut SegmentModels,
         coder: &mut C,
         answers: &mut A,
-    ) -> Result<Option<Inserted>, RefinementError> {
+    ) -> Result<Option<&Inserted>, RefinementError> {
         let mut under = Under { mesh, models, coder, answers };
         loop {
             let found = match self.pass {
@@ -176,13 +194,10 @@ impl LevelPass {
                 Pass::Attach => self.next_attach(&mut under)?,
                 Pass::Done => return Ok(None),
             };
-            if let Some(inserted) = found {
-                self.in_star.resize(under.mesh.table.slots(), false);
-                for t in &inserted.star {
-                    self.in_star[t.index()] = true;
-                }
-                return Ok(Some(inserted));
+            if found {
+                return Ok(Some(&self.inserted));
             }
+            under.coder.check()?;
             self.cursor = 0;
             self.pass = match self.pass {
                 Pass::Split => Pass::Face,
@@ -192,82 +207,84 @@ impl LevelPass {
         }
     }
 
-    #[inline]
-    fn starred(&self, c: Corner) -> bool {
-        self.in_star[c.triangle().index()]
-    }
-
-    fn next_split<C: BitCoder, A: Answers>(
-        &mut self,
-        under: &mut Under<C, A>,
-    ) -> Result<Option<Inserted>, RefinementError> {
+    fn next_split<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>) -> Result<bool, RefinementError> {
         while let Some(&k) = self.walk.edges.get(self.cursor) {
+            let place = self.cursor;
             self.cursor += 1;
             let table = &under.mesh.table;
-            let o = table.opposite(k);
-            if self.starred(k) || (o.is_some() && self.starred(o)) {
+            let left = self.state[k.triangle().index()];
+            if left == STAR {
                 continue;
             }
-            let model = self.split_model(under.mesh, under.models, k, o);
-            let yes = under.coder.bit(model, || under.answers.split(table, k));
-            under.coder.check()?;
-            if yes {
-                return self.split(under, k).map(Some);
+            let o = table.opposite(k);
+            let closed = if o.is_some() {
+                let right = self.state[o.triangle().index()];
+                if right == STAR {
+                    continue;
+                }
+                left + right
+            } else {
+                left - 1
+            };
+            let class = self.survey.class(table, place, k, o);
+            let model = &mut under.models.split[usize::from(o.is_none())][usize::from(closed & 7)][class];
+            if under.coder.bit(model, || under.answers.split(table, k)) {
+                under.coder.check()?;
+                self.split(under, k)?;
+                return Ok(true);
             }
         }
-        Ok(None)
-    }
-
-    fn split_model<'m>(
-        &self,
-        mesh: &ProgressiveMesh,
-        models: &'m mut SegmentModels,
-        k: Corner,
-        o: Corner,
-    ) -> &'m mut Bit {
-        let table = &mesh.table;
-        let closed = |c: Corner| {
-            let beyond = table.opposite(c);
-            usize::from(beyond.is_none() || self.starred(beyond))
-        };
-        let cell = |c: Corner| self.cell(mesh, table.vertex(c));
-        let mut count = closed(k.next()) + closed(k.prev());
-        let mut far_tip = None;
-        if o.is_some() {
-            count += closed(o.next()) + closed(o.prev());
-            far_tip = Some(cell(o));
-        }
-        let ratio = context::edge_ratio(cell(k.next()), cell(k.prev()), cell(k), far_tip);
-        &mut models.split[usize::from(o.is_none())][count][ratio]
+        Ok(false)
     }
 
     fn split<C: BitCoder, A: Answers>(
         &mut self,
         under: &mut Under<C, A>,
         k: Corner,
-    ) -> Result<Inserted, RefinementError> {
-        let (a, b) = under.mesh.table.edge(k);
-        let (pa, pb) = (self.cell(under.mesh, a), self.cell(under.mesh, b));
-        let middle = std::array::from_fn(|i| (pa[i] + pb[i]) >> 1);
-        let (v, position) = self.code_vertex(under, EDGE, context::extent(pa, pb), middle)?;
+    ) -> Result<(), RefinementError> {
+        let table = &under.mesh.table;
+        let (a, b) = table.edge(k);
+        let o = table.opposite(k);
+        let at = |c: Corner| self.cell(under.mesh, table.vertex(c)).map(f64::from);
+        let mut wings = ([0.0; 3], 0.0);
+        for c in [k, o].into_iter().filter(|c| c.is_some()) {
+            for beyond in [table.opposite(c.next()), table.opposite(c.prev())] {
+                if beyond.is_some() {
+                    let p = at(beyond);
+                    wings.0 = [wings.0[0] + p[0], wings.0[1] + p[1], wings.0[2] + p[2]];
+                    wings.1 += 1.0;
+                }
+            }
+        }
+        let around = Surroundings {
+            ends: [at(k.next()), at(k.prev())],
+            left: at(k),
+            right: o.is_some().then(|| at(o)),
+            wings,
+        };
+        let (v, position) = self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
         under.mesh.set_position(v, position);
-        let flipped = self.flips(under, v, &corners[..count]);
-        Ok(inserted(under.mesh, v, Site::Edge(a, b), &flipped))
+        self.begin(v, Site::Edge(a, b));
+        for &c in &corners[..count] {
+            self.star(c.triangle());
+        }
+        self.flips(under, v, &corners[..count]);
+        self.end(under.mesh, a, Some((a, b)));
+        Ok(())
     }
 
-    /// Asks, first in first out, for the flips of the link edges that `corners` at `v` face. Returns the edges flipped.
-    fn flips<C: BitCoder, A: Answers>(
-        &mut self,
-        under: &mut Under<C, A>,
-        v: Vertex,
-        corners: &[Corner],
-    ) -> Vec<(Vertex, Vertex)> {
-        let mut flipped = Vec::new();
+    /// Asks, first in first out, for the flips of the link edges that `corners` at `v` face.
+    fn flips<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>, v: Vertex, corners: &[Corner]) {
         self.queue.clear();
         self.queue.extend_from_slice(corners);
+        let table = &under.mesh.table;
         self.ring.clear();
-        self.ring.extend(under.mesh.table.link(v));
+        for &c in corners {
+            let (p, q) = table.edge(c);
+            self.ring.extend([p, q]);
+        }
+        let pv = self.cell(under.mesh, v);
         let mut size = corners.len();
         let mut head = 0;
         while head < self.queue.len() && size < MAX_STAR {
@@ -275,7 +292,7 @@ impl LevelPass {
             head += 1;
             let table = &under.mesh.table;
             let o = table.opposite(c);
-            if o.is_none() || self.in_star.get(o.triangle().index()) == Some(&true) {
+            if o.is_none() || self.state[o.triangle().index()] == STAR {
                 continue;
             }
             let r = table.vertex(o);
@@ -283,49 +300,82 @@ impl LevelPass {
                 continue;
             }
             let (p, q) = table.edge(c);
-            let [pv, pp, pq, pr] = [v, p, q, r].map(|w| self.cell(under.mesh, w));
-            let model = &mut under.models.flip[(size - 2).min(5)][context::delaunay(pv, pp, pq, pr)];
+            let [pp, pq, pr] = [p, q, r].map(|w| self.cell(under.mesh, w));
+            let (angle, bend) = context::link_edge(pv, pp, pq, pr);
+            let model = &mut under.models.flip[bend][angle];
             if under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
                 let other = stellar::flip(&mut under.mesh.table, c);
                 self.queue.extend([c, other]);
                 self.ring.push(r);
+                self.star(o.triangle());
                 size += 1;
-                flipped.push((p, q));
+                self.inserted.flips.push(p);
+                self.inserted.ends.push(q);
             }
         }
-        flipped
     }
 
-    fn next_face<C: BitCoder, A: Answers>(
-        &mut self,
-        under: &mut Under<C, A>,
-    ) -> Result<Option<Inserted>, RefinementError> {
+    fn begin(&mut self, v: Vertex, site: Site) {
+        self.inserted.vertex = v;
+        self.inserted.site = site;
+        self.inserted.flips.clear();
+        self.inserted.ends.clear();
+        self.inserted.star.clear();
+    }
+
+    /// Counts a triangle to the star of the new vertex.
+    #[inline]
+    fn star(&mut self, t: Triangle) {
+        if t.index() >= self.state.len() {
+            self.state.resize(t.index() + 1, STAR);
+        }
+        self.state[t.index()] = STAR;
+        self.inserted.star.push(t);
+    }
+
+    /// The last flip is done: looks after the root edge, and tells the triangles round the star.
+    fn end(&mut self, mesh: &mut ProgressiveMesh, beside: Vertex, split: Option<(Vertex, Vertex)>) {
+        let v = self.inserted.vertex;
+        let flipped = self.inserted.flips.iter().copied().zip(self.inserted.ends.iter().copied());
+        mesh.roots.insert(&mesh.table, v, beside, flipped.chain(split));
+        for c in mesh.table.fan(v) {
+            let beyond = mesh.table.opposite(c);
+            if beyond.is_some() {
+                let state = &mut self.state[beyond.triangle().index()];
+                *state = state.saturating_add(1);
+            }
+        }
+    }
+
+    fn next_face<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>) -> Result<bool, RefinementError> {
         while let Some(&c) = self.walk.triangles.get(self.cursor) {
             self.cursor += 1;
-            if self.starred(c) {
+            if self.state[c.triangle().index()] == STAR {
                 continue;
             }
-            let yes = under.coder.bit(&mut under.models.face, || under.answers.face(&under.mesh.table, c));
+            if !under.coder.bit(&mut under.models.face, || under.answers.face(&under.mesh.table, c)) {
+                continue;
+            }
             under.coder.check()?;
-            if !yes {
-                continue;
-            }
             let [x, y, z] = [c, c.next(), c.prev()].map(|c| under.mesh.table.vertex(c));
-            let [px, py, pz] = [x, y, z].map(|w| self.cell(under.mesh, w));
-            let middle = std::array::from_fn(|i| (px[i] + py[i] + pz[i]).div_euclid(3));
-            let extent = context::extent(px, py).max(context::extent(py, pz));
-            let (v, position) = self.code_vertex(under, FACE, extent, middle)?;
+            let cells = [x, y, z].map(|w| self.cell(under.mesh, w));
+            let middle = std::array::from_fn(|i| f64::from(cells[0][i] + cells[1][i] + cells[2][i]) / 3.0);
+            let size = f64::from(context::extent(cells[0], cells[1]).max(context::extent(cells[1], cells[2])));
+            let (v, position) =
+                self.code_vertex(under, |models, coder, known| models.near(coder, middle, size, known))?;
             stellar::split_face(&mut under.mesh.table, c, v);
             under.mesh.set_position(v, position);
-            return Ok(Some(inserted(under.mesh, v, Site::Face(x, y, z), &[])));
+            self.begin(v, Site::Face(x, y, z));
+            for c in under.mesh.table.fan(v) {
+                self.star(c.triangle());
+            }
+            self.end(under.mesh, x, None);
+            return Ok(true);
         }
-        Ok(None)
+        Ok(false)
     }
 
-    fn next_attach<C: BitCoder, A: Answers>(
-        &mut self,
-        under: &mut Under<C, A>,
-    ) -> Result<Option<Inserted>, RefinementError> {
+    fn next_attach<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>) -> Result<bool, RefinementError> {
         while let Some(&(a, b)) = self.boundary.get(self.cursor) {
             self.cursor += 1;
             // The triangle behind a→b may have been rewritten, so the edge is found through its start.
@@ -333,20 +383,23 @@ impl LevelPass {
             if under.mesh.table.edge(k) != (a, b) {
                 continue;
             }
-            let yes =
-                under.coder.bit(&mut under.models.attach, || under.answers.attach(&under.mesh.table, k));
-            under.coder.check()?;
-            if !yes {
+            if !under.coder.bit(&mut under.models.attach, || under.answers.attach(&under.mesh.table, k)) {
                 continue;
             }
+            under.coder.check()?;
             let [pa, pb] = [a, b].map(|w| self.cell(under.mesh, w));
-            let middle = std::array::from_fn(|i| (pa[i] + pb[i]) >> 1);
-            let (v, position) = self.code_vertex(under, ATTACH, context::extent(pa, pb), middle)?;
+            let middle = std::array::from_fn(|i| f64::from(pa[i] + pb[i]) * 0.5);
+            let size = f64::from(context::extent(pa, pb));
+            let (v, position) =
+                self.code_vertex(under, |models, coder, known| models.near(coder, middle, size, known))?;
             stellar::attach(&mut under.mesh.table, k, v);
             under.mesh.set_position(v, position);
-            return Ok(Some(inserted(under.mesh, v, Site::Attach(a, b), &[])));
+            self.begin(v, Site::Attach(a, b));
+            self.star(under.mesh.table.corner_of(v).triangle());
+            self.end(under.mesh, a, None);
+            return Ok(true);
         }
-        Ok(None)
+        Ok(false)
     }
 
     #[inline]
@@ -354,22 +407,15 @@ impl LevelPass {
         mesh.positions[v.index()].map(|x| x >> self.precision)
     }
 
-    /// Codes where the next vertex lies, as what its cell differs by from `prediction`. Returns its number and full-scale position.
+    /// Codes where the next vertex lies. Returns its number and full-scale position.
     fn code_vertex<C: BitCoder, A: Answers>(
         &mut self,
         under: &mut Under<C, A>,
-        site: usize,
-        extent: usize,
-        prediction: [i32; 3],
+        code: impl FnOnce(&mut PositionModels, &mut C, &dyn Fn(usize) -> i32) -> Result<[i32; 3], CodingError>,
     ) -> Result<(Vertex, [i32; 3]), RefinementError> {
         let truth = if C::ENCODES { under.answers.position().map(|x| x >> self.precision) } else { [0; 3] };
-        let numbers = &mut under.models.position[site][extent];
-        let mut cell = [0; 3];
         let before = under.coder.spent();
-        for i in 0..3 {
-            let residual = numbers.signed(under.coder, || truth[i] - prediction[i])?;
-            cell[i] = prediction[i].wrapping_add(residual);
-        }
+        let cell = code(&mut under.models.position, under.coder, &|i| truth[i])?;
         self.position_bits += under.coder.spent() - before;
         if cell.iter().any(|x| !(0..=self.max).contains(x)) {
             return Err(RefinementError::OffLattice(cell));
@@ -377,20 +423,4 @@ impl LevelPass {
         under.coder.check()?;
         Ok((under.answers.vertex(under.mesh), cell.map(|x| from_cell(x, self.precision))))
     }
-}
-
-/// Places of [`SegmentModels::position`].
-const EDGE: usize = 0;
-const FACE: usize = 1;
-const ATTACH: usize = 2;
-
-/// What has been carried out, once its last flip is done; the root edge is looked after.
-fn inserted(mesh: &mut ProgressiveMesh, v: Vertex, site: Site, flipped: &[(Vertex, Vertex)]) -> Inserted {
-    let (beside, split) = match site {
-        Site::Edge(a, b) => (a, Some((a, b))),
-        Site::Face(a, ..) | Site::Attach(a, _) => (a, None),
-    };
-    mesh.roots.insert(&mesh.table, v, beside, flipped.iter().copied().chain(split));
-    let star = mesh.table.fan(v).map(Corner::triangle).collect();
-    Inserted { vertex: v, site, flips: flipped.iter().map(|&(p, _)| p).collect(), star }
 }

@@ -3,7 +3,6 @@
 use super::answers::LevelAnswers;
 use super::keyframe::{self, Expected};
 use super::refinement::{LevelPass, SegmentModels, Unknown};
-use super::walk::Walk;
 use crate::entropy::{RangeDecoder, RangeEncoder};
 use crate::limits::{Budget, Limits};
 use crate::mesh::random::SplitMix64;
@@ -51,7 +50,7 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     let mut written = Written { levels: Vec::new(), keyframes, meshes: vec![mesh.clone()] };
     for j in (0..simplified.history.level_count()).rev() {
         let mut answers = LevelAnswers::new(&mesh.table, &simplified.history, j, &finest);
-        let mut pass = LevelPass::new(&mesh, Walk::new(&mesh.table, &mesh.roots), 0, BITS);
+        let mut pass = LevelPass::new(&mesh, 0, BITS);
         let mut models = SegmentModels::default();
         let mut coder = RangeEncoder::default();
         for _ in simplified.history.level(j) {
@@ -94,7 +93,7 @@ fn read(
     assert_eq!(triangles(&mesh), triangles(&written.meshes[start]));
     for (level, bytes) in written.levels.iter().enumerate().skip(start) {
         between(&mut mesh);
-        let mut pass = LevelPass::new(&mesh, Walk::new(&mesh.table, &mesh.roots), 0, BITS);
+        let mut pass = LevelPass::new(&mesh, 0, BITS);
         let mut models = SegmentModels::default();
         let mut coder = RangeDecoder::new(bytes);
         let target = expected(&written.meshes[level + 1]).vertices as usize;

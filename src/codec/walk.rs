@@ -11,6 +11,8 @@ pub struct Walk {
     pub edges: Vec<Corner>,
     /// For each triangle the corner opposite to the edge it was entered by.
     pub triangles: Vec<Corner>,
+    /// The edges that have no second triangle, in the order of `edges`.
+    pub boundary: Vec<Corner>,
 }
 
 impl Walk {
@@ -19,10 +21,18 @@ impl Walk {
     /// The edge list is the queue: an edge is listed when the first of its triangles is visited, and taken up in that order;
     /// behind it lies the next triangle, unless it has been visited.
     pub fn new(table: &CornerTable, roots: &Roots) -> Self {
+        Self::visit(table, roots, |_, _| ())
+    }
+
+    /// Walks, and tells `see` of each triangle by the corner of [`Walk::triangles`], with those of the edges opposite to this corner,
+    /// the next and the previous one that are listed now, in this order.
+    #[inline]
+    pub fn visit(table: &CornerTable, roots: &Roots, mut see: impl FnMut(Corner, [bool; 3])) -> Self {
         let triangles = table.triangle_count();
         let mut walk = Self {
             edges: Vec::with_capacity(triangles * 3 / 2 + 2),
             triangles: Vec::with_capacity(triangles),
+            boundary: Vec::new(),
         };
         let mut visited = vec![false; table.slots()];
         for root in roots.corners(table) {
@@ -30,20 +40,28 @@ impl Walk {
             visited[root.triangle().index()] = true;
             walk.triangles.push(root);
             walk.edges.extend([root, root.next(), root.prev()]);
+            see(root, [true; 3]);
             while let Some(&edge) = walk.edges.get(head) {
                 head += 1;
                 let entry = table.opposite(edge);
-                if entry.is_none() || visited[entry.triangle().index()] {
+                if entry.is_none() {
+                    walk.boundary.push(edge);
                     continue;
                 }
-                visited[entry.triangle().index()] = true;
-                walk.triangles.push(entry);
-                for c in [entry.next(), entry.prev()] {
-                    let beyond = table.opposite(c);
-                    if beyond.is_none() || !visited[beyond.triangle().index()] {
-                        walk.edges.push(c);
-                    }
+                if std::mem::replace(&mut visited[entry.triangle().index()], true) {
+                    continue;
                 }
+                walk.triangles.push(entry);
+                let [_, next, prev] = table.opposites_from(entry);
+                let is_new = |beyond: Corner| beyond.is_none() || !visited[beyond.triangle().index()];
+                let listed = [is_new(next), is_new(prev)];
+                if listed[0] {
+                    walk.edges.push(entry.next());
+                }
+                if listed[1] {
+                    walk.edges.push(entry.prev());
+                }
+                see(entry, [false, listed[0], listed[1]]);
             }
         }
         walk

@@ -205,14 +205,13 @@ impl Session {
         }
     }
 
-    fn walk(&mut self) -> Result<Walk> {
+    fn pay_for_walk(&mut self) -> Result<()> {
         let slots = self.mesh.table.slots();
         self.budget.take_work(4 * slots as u64)?;
         // Lists of edges and triangles; they are given back when the level is complete, which is soon.
-        self.budget.take_memory(slots, 16)?;
-        let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
-        self.budget.give_memory(slots, 16);
-        Ok(walk)
+        self.budget.take_memory(slots, 36)?;
+        self.budget.give_memory(slots, 36);
+        Ok(())
     }
 
     fn sharpen(
@@ -229,7 +228,8 @@ impl Session {
                 contents.levels[atom.level as usize + 1].precision,
                 contents.levels[atom.level as usize].precision,
             );
-            let walk = self.walk()?;
+            self.pay_for_walk()?;
+            let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
             self.pass = Pass::Precision(PrecisionPass::new(&self.mesh, &walk, from, to));
         }
         let Pass::Precision(pass) = &mut self.pass else {
@@ -269,8 +269,8 @@ impl Session {
     ) -> Result<()> {
         if matches!(self.pass, Pass::None) {
             let precision = contents.levels[atom.level as usize].precision;
-            let walk = self.walk()?;
-            let pass = LevelPass::new(&self.mesh, walk, precision, contents.header.lattice.bits);
+            self.pay_for_walk()?;
+            let pass = LevelPass::new(&self.mesh, precision, contents.header.lattice.bits);
             self.pass = Pass::Level(Box::new(pass));
         }
         let first_vertex = self.mesh.positions.len() as u32;
@@ -279,9 +279,6 @@ impl Session {
         let outcome = self.operations_of(atom, payload, &mut delta);
         delta.vertices = first_vertex..self.mesh.positions.len() as u32;
         delta.triangles = first_triangle..self.mesh.table.slots() as u32;
-        delta.rewritten.retain(|&t| t < first_triangle);
-        delta.rewritten.sort_unstable();
-        delta.rewritten.dedup();
         if !delta.vertices.is_empty() {
             events.push_back(Event::Refined(delta));
         }
@@ -303,6 +300,7 @@ impl Session {
         };
         let until = self.options.until;
         let triangles = self.mesh.table.triangle_count();
+        let first_triangle = self.mesh.table.slots() as u32;
         let mut coder = RangeDecoder::new(payload);
         for k in 0..atom.items {
             if k.is_multiple_of(CHUNK) {
@@ -326,10 +324,10 @@ impl Session {
                 return Err(fault(format!("the level ends after {k} of {} operations", atom.items)).into());
             };
             self.operations += 1;
-            delta.rewritten.extend(inserted.star.iter().map(|t| t.0));
+            delta.rewritten.extend(inserted.star.iter().map(|t| t.0).filter(|&t| t < first_triangle));
             delta.parents.push(inserted.site);
             if let Some(log) = &mut self.log {
-                log.push(&inserted);
+                log.push(inserted);
             }
         }
         coder.finish().map_err(|e| fault(e.to_string()))?;

@@ -78,9 +78,8 @@ impl<'a> Levels<'a> {
         let mut models = SegmentModels::default();
         for j in (0..self.simplified.history.level_count()).rev() {
             progress(done, total)?;
-            let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
-            self.sharpen(j as u32, &walk, &mut models);
-            self.level(j, walk, &mut models);
+            self.sharpen(j as u32, &mut models);
+            self.level(j, &mut models);
             done += self.simplified.history.level(j).len() as u64;
             self.counts[j].0 = self.counts[j + 1].0 + self.simplified.history.level(j).len() as u32;
             self.counts[j].1 = self.mesh.table.triangle_count() as u32;
@@ -124,12 +123,13 @@ impl<'a> Levels<'a> {
         report.position_bits = self.position_bits;
     }
 
-    fn sharpen(&mut self, j: u32, walk: &Walk, models: &mut SegmentModels) {
+    fn sharpen(&mut self, j: u32, models: &mut SegmentModels) {
         let (from, to) = (precision(self.options, j + 1), precision(self.options, j));
         if from == to {
             return;
         }
-        let mut pass = PrecisionPass::new(&self.mesh, walk, from, to);
+        let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
+        let mut pass = PrecisionPass::new(&self.mesh, &walk, from, to);
         let finest = self.finest;
         let known = |v: crate::mesh::Vertex| finest[v.index()];
         let mut over = false;
@@ -152,11 +152,11 @@ impl<'a> Levels<'a> {
         }
     }
 
-    fn level(&mut self, j: usize, walk: Walk, models: &mut SegmentModels) {
+    fn level(&mut self, j: usize, models: &mut SegmentModels) {
         let history = &self.simplified.history;
         let mut answers = LevelAnswers::new(&self.mesh.table, history, j, self.finest);
         let precision = precision(self.options, j as u32);
-        let mut pass = LevelPass::new(&self.mesh, walk, precision, self.options.position_bits);
+        let mut pass = LevelPass::new(&self.mesh, precision, self.options.position_bits);
         let mut left = history.level(j).len();
         while left > 0 {
             let mut coder = RangeEncoder::default();

@@ -3,11 +3,13 @@
 pub mod model;
 pub mod number;
 pub mod range;
+pub mod symbol;
 pub mod varint;
 
 pub use model::Bit;
 pub use number::NumberModel;
 pub use range::{RangeDecoder, RangeEncoder};
+pub use symbol::SymbolModel;
 
 /// One side of the range coder. The same code walks a payload for writing and for reading: where it writes, `known` gives the
 /// decision; where it reads, `known` is not called and the decision comes from the bytes. So the two sides cannot drift apart.
@@ -20,6 +22,12 @@ pub trait BitCoder {
 
     /// Codes a decision at an even chance.
     fn even(&mut self, known: impl FnOnce() -> bool) -> bool;
+
+    /// Codes a symbol, 0 to 15, under an adaptive model.
+    fn symbol(&mut self, model: &mut SymbolModel, known: impl FnOnce() -> usize) -> usize;
+
+    /// Codes a number of `count` bits, 16 at most, each at an even chance.
+    fn bits(&mut self, count: u32, known: impl FnOnce() -> u32) -> u32;
 
     /// Whether the decisions read so far can have come from the bytes at hand.
     ///

@@ -1,6 +1,7 @@
 //! Binary range coder: 32-bit range, carry by a pending byte as in LZMA (Martin 1979; spec §6.1).
 
 use super::model::Bit;
+use super::symbol::{SCALE, SYMBOLS, SymbolModel};
 use super::{BitCoder, CodingError};
 
 const TOP: u32 = 1 << 24;
@@ -81,6 +82,22 @@ impl RangeEncoder {
         } else {
             self.range = bound;
         }
+        self.renormalise();
+    }
+
+    /// Narrows the range to `size` parts from part `start` on; the last part of all has the rest.
+    #[inline]
+    fn narrow(&mut self, part: u32, start: u32, size: Option<u32>) {
+        self.low += u64::from(part) * u64::from(start);
+        self.range = match size {
+            Some(size) => part * size,
+            None => self.range - part * start,
+        };
+        self.renormalise();
+    }
+
+    #[inline]
+    fn renormalise(&mut self) {
         while self.range < TOP {
             self.range <<= 8;
             self.shift();
@@ -104,6 +121,22 @@ impl BitCoder for RangeEncoder {
         let bit = known();
         self.encode(1 << 15, bit);
         bit
+    }
+
+    #[inline]
+    fn symbol(&mut self, model: &mut SymbolModel, known: impl FnOnce() -> usize) -> usize {
+        let symbol = known();
+        let (start, size) = model.interval(symbol);
+        self.narrow(self.range >> SCALE, start, (symbol + 1 < SYMBOLS).then_some(size));
+        model.learn(symbol);
+        symbol
+    }
+
+    #[inline]
+    fn bits(&mut self, count: u32, known: impl FnOnce() -> u32) -> u32 {
+        let value = known();
+        self.narrow(self.range >> count, value, (value + 1 < 1 << count).then_some(1));
+        value
     }
 
     fn check(&self) -> Result<(), CodingError> {
@@ -163,11 +196,27 @@ impl<'a> RangeDecoder<'a> {
         } else {
             self.range = bound;
         }
+        self.renormalise();
+        bit
+    }
+
+    /// The counterpart of [`RangeEncoder::narrow`].
+    #[inline]
+    fn narrow(&mut self, part: u32, start: u32, size: Option<u32>) {
+        self.code -= part * start;
+        self.range = match size {
+            Some(size) => part * size,
+            None => self.range - part * start,
+        };
+        self.renormalise();
+    }
+
+    #[inline]
+    fn renormalise(&mut self) {
         while self.range < TOP {
             self.range <<= 8;
             self.code = self.code << 8 | self.byte();
         }
-        bit
     }
 }
 
@@ -184,6 +233,24 @@ impl BitCoder for RangeDecoder<'_> {
     #[inline]
     fn even(&mut self, _known: impl FnOnce() -> bool) -> bool {
         self.decode(1 << 15)
+    }
+
+    #[inline]
+    fn symbol(&mut self, model: &mut SymbolModel, _known: impl FnOnce() -> usize) -> usize {
+        let part = self.range >> SCALE;
+        let symbol = model.find((self.code / part).min((1 << SCALE) - 1));
+        let (start, size) = model.interval(symbol);
+        self.narrow(part, start, (symbol + 1 < SYMBOLS).then_some(size));
+        model.learn(symbol);
+        symbol
+    }
+
+    #[inline]
+    fn bits(&mut self, count: u32, _known: impl FnOnce() -> u32) -> u32 {
+        let part = self.range >> count;
+        let value = (self.code / part).min((1 << count) - 1);
+        self.narrow(part, value, (value + 1 < 1 << count).then_some(1));
+        value
     }
 
     fn check(&self) -> Result<(), CodingError> {

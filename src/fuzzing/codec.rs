@@ -28,7 +28,7 @@ pub fn fuzz_refinement(data: &[u8]) {
     for _ in 0..8 {
         let walk = Walk::new(&mesh.table, &mesh.roots);
         check_walk(&mesh, &walk);
-        let mut pass = LevelPass::new(&mesh, walk, precision, lattice.bits);
+        let mut pass = LevelPass::new(&mesh, precision, lattice.bits);
         let mut in_star = BitVec::<usize>::repeat(false, mesh.table.slots());
         loop {
             let step = pass.step(&mut mesh, &mut models, &mut coder, &mut Unknown);

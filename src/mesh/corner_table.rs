@@ -112,6 +112,18 @@ impl CornerTable {
         self.opposites[c.index()]
     }
 
+    /// The vertices of a triangle, that of corner `c` first, counter-clockwise.
+    #[inline]
+    pub fn vertices_from(&self, c: Corner) -> [Vertex; 3] {
+        from(&self.vertices, c)
+    }
+
+    /// O of the corners of a triangle, that of `c` first, counter-clockwise.
+    #[inline]
+    pub fn opposites_from(&self, c: Corner) -> [Corner; 3] {
+        from(&self.opposites, c)
+    }
+
     /// One corner at `v`: at a boundary vertex the one whose triangle has the outgoing boundary edge;
     /// `NONE` for an unused vertex.
     #[inline]
@@ -259,7 +271,6 @@ impl CornerTable {
     }
 
     /// Re-establishes the corners of the vertices of a rewritten triangle.
-    #[inline]
     pub(crate) fn renew_corners(&mut self, t: Triangle) {
         for c in t.corners() {
             self.renew_corner(c);
@@ -269,8 +280,8 @@ impl CornerTable {
     /// Appends a triangle without neighbours.
     pub(crate) fn push_triangle(&mut self, vertices: [Vertex; 3]) -> Triangle {
         let t = Triangle(self.slots() as u32);
-        self.vertices.extend(vertices);
-        self.opposites.extend([Corner::NONE; 3]);
+        self.vertices.extend_from_slice(&vertices);
+        self.opposites.extend_from_slice(&[Corner::NONE; 3]);
         self.live += 1;
         t
     }
@@ -307,6 +318,13 @@ impl CornerTable {
     /// Forgets the numbers of unused vertices from `count` on.
     pub(crate) fn truncate_vertices(&mut self, count: usize) {
         self.corners.truncate(count);
+    }
+
+    /// Gives `v` its corner.
+    #[inline]
+    pub(crate) fn set_corner(&mut self, v: Vertex, c: Corner) {
+        self.reserve_vertex(v);
+        self.corners[v.index()] = c;
     }
 
     /// Makes room for vertex `v` in the corner array.
@@ -369,6 +387,18 @@ impl CornerTable {
             }
         }
         Ok(())
+    }
+}
+
+/// What the corners of a triangle have in an array, that of `c` first. (One look at the bounds for all three.)
+#[inline]
+fn from<T: Copy>(array: &[T], c: Corner) -> [T; 3] {
+    let first = 3 * c.triangle().index();
+    let [x, y, z] = array[first..first + 3] else { unreachable!("a slice of three") };
+    match c.index() - first {
+        0 => [x, y, z],
+        1 => [y, z, x],
+        _ => [z, x, y],
     }
 }
 

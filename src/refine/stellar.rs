@@ -20,8 +20,9 @@ pub fn flip(table: &mut CornerTable, c: Corner) -> Corner {
     table.join(c, beyond_pr);
     table.join(o, beyond_qv);
     table.join(c.next(), o.next());
-    table.renew_corners(c.triangle());
-    table.renew_corners(o.triangle());
+    // v and r keep their corners; p is now in the triangle of c alone, q in that of o.
+    table.renew_corner(c.next());
+    table.renew_corner(o.next());
     o.prev()
 }
 
@@ -47,10 +48,9 @@ pub fn unflip(table: &mut CornerTable, c: Corner) {
 /// Returns the corners at v that face the link edges b→c, c→a, and, in the interior, a→d, d→b.
 #[inline]
 pub fn split_edge(table: &mut CornerTable, k: Corner, v: Vertex) -> ([Corner; 4], usize) {
-    table.reserve_vertex(v);
     let o = table.opposite(k);
     let left = split_side(table, k, v);
-    let count = if o.is_some() {
+    let (corners, count) = if o.is_some() {
         let right = split_side(table, o, v);
         table.join(right[2], k);
         table.join(left[2], o);
@@ -58,22 +58,24 @@ pub fn split_edge(table: &mut CornerTable, k: Corner, v: Vertex) -> ([Corner; 4]
     } else {
         ([left[0], left[1], Corner::NONE, Corner::NONE], 2)
     };
-    for c in count.0.iter().take(count.1) {
-        table.renew_corners(c.triangle());
-    }
-    count
+    // At a boundary the outgoing edge of v leads to b: the new triangle.
+    table.set_corner(v, left[0]);
+    (corners, count)
 }
 
 /// Splits the triangle (c; a, b) at `k`. Returns the corners at v facing b→c and c→a, and the one facing v–b.
 #[inline]
 fn split_side(table: &mut CornerTable, k: Corner, v: Vertex) -> [Corner; 3] {
-    let (c, b) = (table.vertex(k), table.vertex(k.prev()));
+    let [c, _, b] = table.vertices_from(k);
     let beyond = table.opposite(k.next());
     let new = table.push_triangle([c, v, b]);
+    let [facing_b, at_v, at_b] = new.corners();
     table.vertices[k.prev().index()] = v;
-    table.join(new.corner(1), beyond);
-    table.join(new.corner(2), k.next());
-    [new.corner(1), k.prev(), new.corner(0)]
+    table.join(at_v, beyond);
+    table.join(at_b, k.next());
+    // a and c keep their corners; b is now in the new triangle.
+    table.renew_corner(at_b);
+    [at_v, k.prev(), facing_b]
 }
 
 /// Edge weld, the inverse of [`split_edge`]: `k` is at c in (c, a, v); v has four triangles in the interior, two at the boundary.

@@ -1,0 +1,85 @@
+//! Adaptive models of symbols 0 to 15, in integers (spec §6.4).
+
+/// Number of symbols.
+pub const SYMBOLS: usize = 16;
+
+/// The sum of all frequencies that a coder sees is 2^SCALE.
+pub const SCALE: u32 = 15;
+
+/// Cumulative frequencies of symbols, learning fast at first and slowly later.
+///
+/// `sums[i]` is the sum of symbols 0 to i, without the floor of 1 that every symbol has, in units of 2^-[`FINE`].
+/// Invariant: the sums do not decrease, the first is at least 0, the last is [`WHOLE`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SymbolModel {
+    sums: [i32; SYMBOLS],
+    count: u32,
+}
+
+const FINE: u32 = 12;
+/// All frequencies but for the floors.
+const WHOLE: i32 = ((1 << SCALE) - SYMBOLS as i32) << FINE;
+
+impl SymbolModel {
+    /// A model whose symbols are as frequent as 2^-(|symbol - 8| / 2), near enough: a bell round symbol 8.
+    pub const BELL: Self = {
+        let weights = [1, 2, 3, 5, 8, 12, 18, 25, 30, 25, 18, 12, 8, 5, 3, 2];
+        let mut whole = 0;
+        let mut i = 0;
+        while i < SYMBOLS {
+            whole += weights[i];
+            i += 1;
+        }
+        let mut sums = [WHOLE; SYMBOLS];
+        let mut below = 0;
+        i = 0;
+        while i < SYMBOLS - 1 {
+            below += weights[i];
+            sums[i] = WHOLE / whole * below;
+            i += 1;
+        }
+        Self { sums, count: 0 }
+    };
+
+    /// The frequencies of all symbols below `symbol`, and its own.
+    #[inline]
+    pub(super) fn interval(&self, symbol: usize) -> (u32, u32) {
+        let symbol = symbol & (SYMBOLS - 1);
+        let end = (self.sums[symbol] >> FINE) as u32 + symbol as u32 + 1;
+        let start = if symbol == 0 { 0 } else { (self.sums[symbol - 1] >> FINE) as u32 + symbol as u32 };
+        (start, end - start)
+    }
+
+    /// The symbol that `value`, below 2^15, falls to.
+    #[inline]
+    pub(super) fn find(&self, value: u32) -> usize {
+        let value = value as i32;
+        let mut symbol = 0;
+        for i in 0..SYMBOLS {
+            symbol += i32::from((self.sums[i] >> FINE) + (i as i32) < value);
+        }
+        symbol as usize
+    }
+
+    /// Learns a symbol.
+    #[inline]
+    pub(super) fn learn(&mut self, symbol: usize) {
+        let rate = RATES[(self.count as usize).min(RATES.len() - 1)];
+        for i in 0..SYMBOLS {
+            let target = if i >= symbol { WHOLE } else { 0 };
+            self.sums[i] += (target - self.sums[i]) >> rate;
+        }
+        self.count = self.count.saturating_add(1);
+    }
+}
+
+/// A symbol weighs 2^-rate after so many others.
+const RATES: [u8; 129] = {
+    let mut rates = [7; 129];
+    let mut n = 0;
+    while n < 128 {
+        rates[n] = if n < 24 { 4 } else if n < 48 { 5 } else { 6 };
+        n += 1;
+    }
+    rates
+};

@@ -10,6 +10,7 @@ pub mod refinement;
 pub mod residue;
 pub mod position;
 pub mod survey;
+mod vector;
 pub mod walk;
 
 #[cfg(all(test, feature = "encode"))]

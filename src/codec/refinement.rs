@@ -3,9 +3,10 @@
 use super::context::{self, ANGLES, BENDS};
 use super::position::{PositionModels, Surroundings};
 use super::survey::{self, Survey};
+use super::vector::Vector;
 use super::walk::Walk;
 use crate::entropy::{Bit, BitCoder, CodingError};
-use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
+use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
 
 /// Most triangles in the star of a new vertex; no flip is asked for beyond it (spec §5.3).
@@ -87,8 +88,8 @@ pub struct Inserted {
     pub flips: Vec<Vertex>,
     /// Their ends.
     pub ends: Vec<Vertex>,
-    /// The triangles of its star; those that existed before the operation have been rewritten.
-    pub star: Vec<Triangle>,
+    /// The corners at it; those of its triangles that existed before the operation have been rewritten.
+    pub star: Vec<Corner>,
 }
 
 impl Default for Inserted {
@@ -122,6 +123,8 @@ enum Pass {
 pub struct LevelPass {
     walk: Walk,
     survey: Survey,
+    /// Where each vertex is.
+    cells: Vec<Vector>,
     /// Boundary edges of the coarser level, start and end, in walk order.
     boundary: Vec<(Vertex, Vertex)>,
     pass: Pass,
@@ -131,8 +134,10 @@ pub struct LevelPass {
     precision: u32,
     /// Largest coordinate of a cell.
     max: i32,
-    queue: Vec<Corner>,
-    ring: Vec<Vertex>,
+    /// Of the star under way: the corners at the new vertex whose link edges are to be looked at.
+    queue: [Corner; 2 * MAX_STAR],
+    /// For each vertex the last new vertex whose link it was on.
+    linked: Vec<Vertex>,
     inserted: Inserted,
     /// Bits that positions took, where this side writes.
     pub position_bits: f64,
@@ -153,9 +158,15 @@ impl LevelPass {
     /// Walks the coarser level. `precision` is the finer level's s, `bits` the lattice's.
     pub fn new(mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
         let table = &mesh.table;
-        let cell = |v: Vertex| mesh.positions[v.index()].map(|x| x >> precision);
-        let (walk, survey) = Survey::new(table, &mesh.roots, cell);
-        let mut state = vec![0; table.slots()];
+        // As much room as the mesh has, so that all grow together.
+        let (vertices, triangles) = (mesh.positions.capacity(), table.vertices.capacity() / 3);
+        let mut cells = Vec::with_capacity(vertices);
+        cells.extend(mesh.positions.iter().map(|p| Vector::of_cell(p.map(|x| x >> precision))));
+        let mut linked = Vec::with_capacity(vertices);
+        linked.resize(cells.len(), Vertex::NONE);
+        let mut state = Vec::with_capacity(triangles);
+        state.resize(table.slots(), 0);
+        let (walk, survey) = Survey::new(table, &mesh.roots, &cells);
         for k in &walk.boundary {
             state[k.triangle().index()] += 1;
         }
@@ -163,13 +174,14 @@ impl LevelPass {
             boundary: walk.boundary.iter().map(|&k| table.edge(k)).collect(),
             walk,
             survey,
+            cells,
             pass: Pass::Split,
             cursor: 0,
             state,
             precision,
             max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
-            queue: Vec::new(),
-            ring: Vec::new(),
+            queue: [Corner::NONE; 2 * MAX_STAR],
+            linked,
             inserted: Inserted::default(),
             position_bits: 0.0,
         }
@@ -245,29 +257,33 @@ impl LevelPass {
         let table = &under.mesh.table;
         let (a, b) = table.edge(k);
         let o = table.opposite(k);
-        let at = |c: Corner| self.cell(under.mesh, table.vertex(c)).map(f64::from);
-        let mut wings = ([0.0; 3], 0.0);
-        for c in [k, o].into_iter().filter(|c| c.is_some()) {
+        let start = self.cells[a.index()];
+        let to = |c: Corner| self.cells[table.vertex(c).index()] - start;
+        let mut wings = (Vector::default(), 0.0);
+        let mut add_wings = |c: Corner| {
             for beyond in [table.opposite(c.next()), table.opposite(c.prev())] {
                 if beyond.is_some() {
-                    let p = at(beyond);
-                    wings.0 = [wings.0[0] + p[0], wings.0[1] + p[1], wings.0[2] + p[2]];
-                    wings.1 += 1.0;
+                    wings = (wings.0 + to(beyond), wings.1 + 1.0);
                 }
             }
+        };
+        add_wings(k);
+        if o.is_some() {
+            add_wings(o);
         }
         let around = Surroundings {
-            ends: [at(k.next()), at(k.prev())],
-            left: at(k),
-            right: o.is_some().then(|| at(o)),
+            start: self.cell(under.mesh, a),
+            edge: self.cells[b.index()] - start,
+            left: to(k),
+            right: o.is_some().then(|| to(o)),
             wings,
         };
         let (v, position) = self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
-        under.mesh.set_position(v, position);
+        self.place(under.mesh, v, position);
         self.begin(v, Site::Edge(a, b));
         for &c in &corners[..count] {
-            self.star(c.triangle());
+            self.star(c);
         }
         self.flips(under, v, &corners[..count]);
         self.end(under.mesh, a, Some((a, b)));
@@ -275,20 +291,19 @@ impl LevelPass {
     }
 
     /// Asks, first in first out, for the flips of the link edges that `corners` at `v` face.
+    #[inline]
     fn flips<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>, v: Vertex, corners: &[Corner]) {
-        self.queue.clear();
-        self.queue.extend_from_slice(corners);
-        let table = &under.mesh.table;
-        self.ring.clear();
-        for &c in corners {
-            let (p, q) = table.edge(c);
-            self.ring.extend([p, q]);
+        for (place, &c) in self.queue.iter_mut().zip(corners) {
+            *place = c;
+            let (p, q) = under.mesh.table.edge(c);
+            self.linked[p.index()] = v;
+            self.linked[q.index()] = v;
         }
-        let pv = self.cell(under.mesh, v);
+        let pv = self.cells[v.index()];
         let mut size = corners.len();
-        let mut head = 0;
-        while head < self.queue.len() && size < MAX_STAR {
-            let c = self.queue[head];
+        let (mut head, mut tail) = (0, size);
+        while head < tail && size < MAX_STAR {
+            let c = self.queue[head & (2 * MAX_STAR - 1)];
             head += 1;
             let table = &under.mesh.table;
             let o = table.opposite(c);
@@ -296,18 +311,20 @@ impl LevelPass {
                 continue;
             }
             let r = table.vertex(o);
-            if r == v || self.ring.contains(&r) {
+            if self.linked[r.index()] == v {
                 continue;
             }
             let (p, q) = table.edge(c);
-            let [pp, pq, pr] = [p, q, r].map(|w| self.cell(under.mesh, w));
+            let [pp, pq, pr] = [self.cells[p.index()], self.cells[q.index()], self.cells[r.index()]];
             let (angle, bend) = context::link_edge(pv, pp, pq, pr);
             let model = &mut under.models.flip[bend][angle];
             if under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
                 let other = stellar::flip(&mut under.mesh.table, c);
-                self.queue.extend([c, other]);
-                self.ring.push(r);
-                self.star(o.triangle());
+                self.queue[tail & (2 * MAX_STAR - 1)] = c;
+                self.queue[(tail + 1) & (2 * MAX_STAR - 1)] = other;
+                tail += 2;
+                self.linked[r.index()] = v;
+                self.star(other);
                 size += 1;
                 self.inserted.flips.push(p);
                 self.inserted.ends.push(q);
@@ -323,14 +340,15 @@ impl LevelPass {
         self.inserted.star.clear();
     }
 
-    /// Counts a triangle to the star of the new vertex.
+    /// Counts the triangle of a corner at the new vertex to its star.
     #[inline]
-    fn star(&mut self, t: Triangle) {
+    fn star(&mut self, c: Corner) {
+        let t = c.triangle();
         if t.index() >= self.state.len() {
             self.state.resize(t.index() + 1, STAR);
         }
         self.state[t.index()] = STAR;
-        self.inserted.star.push(t);
+        self.inserted.star.push(c);
     }
 
     /// The last flip is done: looks after the root edge, and tells the triangles round the star.
@@ -338,7 +356,7 @@ impl LevelPass {
         let v = self.inserted.vertex;
         let flipped = self.inserted.flips.iter().copied().zip(self.inserted.ends.iter().copied());
         mesh.roots.insert(&mesh.table, v, beside, flipped.chain(split));
-        for c in mesh.table.fan(v) {
+        for &c in &self.inserted.star {
             let beyond = mesh.table.opposite(c);
             if beyond.is_some() {
                 let state = &mut self.state[beyond.triangle().index()];
@@ -358,16 +376,16 @@ impl LevelPass {
             }
             under.coder.check()?;
             let [x, y, z] = [c, c.next(), c.prev()].map(|c| under.mesh.table.vertex(c));
-            let cells = [x, y, z].map(|w| self.cell(under.mesh, w));
-            let middle = std::array::from_fn(|i| f64::from(cells[0][i] + cells[1][i] + cells[2][i]) / 3.0);
-            let size = f64::from(context::extent(cells[0], cells[1]).max(context::extent(cells[1], cells[2])));
+            let [px, py, pz] = [x, y, z].map(|w| self.cells[w.index()]);
+            let (start, middle) = (self.cell(under.mesh, x), ((py - px) + (pz - px)) * (1.0 / 3.0));
+            let size = (py - px).dot(py - px).max((pz - px).dot(pz - px)).sqrt();
             let (v, position) =
-                self.code_vertex(under, |models, coder, known| models.near(coder, middle, size, known))?;
+                self.code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::split_face(&mut under.mesh.table, c, v);
-            under.mesh.set_position(v, position);
+            self.place(under.mesh, v, position);
             self.begin(v, Site::Face(x, y, z));
             for c in under.mesh.table.fan(v) {
-                self.star(c.triangle());
+                self.star(c);
             }
             self.end(under.mesh, x, None);
             return Ok(true);
@@ -387,15 +405,14 @@ impl LevelPass {
                 continue;
             }
             under.coder.check()?;
-            let [pa, pb] = [a, b].map(|w| self.cell(under.mesh, w));
-            let middle = std::array::from_fn(|i| f64::from(pa[i] + pb[i]) * 0.5);
-            let size = f64::from(context::extent(pa, pb));
+            let edge = self.cells[b.index()] - self.cells[a.index()];
+            let (start, middle, size) = (self.cell(under.mesh, a), edge * 0.5, edge.dot(edge).sqrt());
             let (v, position) =
-                self.code_vertex(under, |models, coder, known| models.near(coder, middle, size, known))?;
+                self.code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::attach(&mut under.mesh.table, k, v);
-            under.mesh.set_position(v, position);
+            self.place(under.mesh, v, position);
             self.begin(v, Site::Attach(a, b));
-            self.star(under.mesh.table.corner_of(v).triangle());
+            self.star(under.mesh.table.corner_of(v));
             self.end(under.mesh, a, None);
             return Ok(true);
         }
@@ -407,15 +424,25 @@ impl LevelPass {
         mesh.positions[v.index()].map(|x| x >> self.precision)
     }
 
+    #[inline]
+    fn place(&mut self, mesh: &mut ProgressiveMesh, v: Vertex, position: [i32; 3]) {
+        mesh.set_position(v, position);
+        if v.index() >= self.cells.len() {
+            self.cells.resize(v.index() + 1, Vector::default());
+            self.linked.resize(v.index() + 1, Vertex::NONE);
+        }
+        self.cells[v.index()] = Vector::of_cell(position.map(|x| x >> self.precision));
+    }
+
     /// Codes where the next vertex lies. Returns its number and full-scale position.
     fn code_vertex<C: BitCoder, A: Answers>(
         &mut self,
         under: &mut Under<C, A>,
-        code: impl FnOnce(&mut PositionModels, &mut C, &dyn Fn(usize) -> i32) -> Result<[i32; 3], CodingError>,
+        code: impl FnOnce(&mut PositionModels, &mut C, [i32; 3]) -> Result<[i32; 3], CodingError>,
     ) -> Result<(Vertex, [i32; 3]), RefinementError> {
         let truth = if C::ENCODES { under.answers.position().map(|x| x >> self.precision) } else { [0; 3] };
         let before = under.coder.spent();
-        let cell = code(&mut under.models.position, under.coder, &|i| truth[i])?;
+        let cell = code(&mut under.models.position, under.coder, truth)?;
         self.position_bits += under.coder.spent() - before;
         if cell.iter().any(|x| !(0..=self.max).contains(x)) {
             return Err(RefinementError::OffLattice(cell));

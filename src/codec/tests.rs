@@ -99,7 +99,8 @@ fn read(
         let target = expected(&written.meshes[level + 1]).vertices as usize;
         while mesh.positions.len() < target {
             let inserted = pass.step(&mut mesh, &mut models, &mut coder, &mut Unknown).unwrap().unwrap();
-            inside(&mut mesh, &inserted.star);
+            let star: Vec<_> = inserted.star.iter().map(|c| c.triangle()).collect();
+            inside(&mut mesh, &star);
             check_if_small(&mesh);
         }
         coder.finish().unwrap();

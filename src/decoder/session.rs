@@ -270,6 +270,8 @@ impl Session {
         if matches!(self.pass, Pass::None) {
             let precision = contents.levels[atom.level as usize].precision;
             self.pay_for_walk()?;
+            let entry = &contents.levels[atom.level as usize];
+            self.mesh.reserve(entry.vertices as usize, entry.triangles as usize);
             let pass = LevelPass::new(&self.mesh, precision, contents.header.lattice.bits);
             self.pass = Pass::Level(Box::new(pass));
         }
@@ -324,7 +326,7 @@ impl Session {
                 return Err(fault(format!("the level ends after {k} of {} operations", atom.items)).into());
             };
             self.operations += 1;
-            delta.rewritten.extend(inserted.star.iter().map(|t| t.0).filter(|&t| t < first_triangle));
+            delta.rewritten.extend(inserted.star.iter().map(|c| c.triangle().0).filter(|&t| t < first_triangle));
             delta.parents.push(inserted.site);
             if let Some(log) = &mut self.log {
                 log.push(inserted);

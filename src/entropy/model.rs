@@ -13,8 +13,8 @@ pub struct Bit {
 const LIMIT: u8 = 60;
 
 /// 65536 / (n + 1.5), rounded to nearest: the weight of a decision after n others.
-const RATES: [u16; LIMIT as usize + 1] = {
-    let mut rates = [0; LIMIT as usize + 1];
+const RATES: [u16; 64] = {
+    let mut rates = [0; 64];
     let mut n = 0;
     while n <= LIMIT as usize {
         let twice = 2 * n as u32 + 3;
@@ -37,7 +37,7 @@ impl Bit {
     /// Learns a decision.
     #[inline]
     pub fn learn(&mut self, bit: bool) {
-        let rate = i32::from(RATES[self.count as usize]);
+        let rate = i32::from(RATES[self.count as usize & 63]);
         let target = if bit { 32 } else { 65504 };
         let zero = i32::from(self.zero);
         self.zero = (zero + (((target - zero) * (rate >> 1)) >> 15)) as u16;

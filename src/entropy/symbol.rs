@@ -65,13 +65,26 @@ impl SymbolModel {
     #[inline]
     pub(super) fn learn(&mut self, symbol: usize) {
         let rate = RATES[(self.count as usize).min(RATES.len() - 1)];
+        let targets = &TARGETS[symbol & (SYMBOLS - 1)];
         for i in 0..SYMBOLS {
-            let target = if i >= symbol { WHOLE } else { 0 };
-            self.sums[i] += (target - self.sums[i]) >> rate;
+            self.sums[i] += (targets[i] - self.sums[i]) >> rate;
         }
         self.count = self.count.saturating_add(1);
     }
 }
+
+/// The sums that a symbol draws a model to: 0 below it, [`WHOLE`] from it on.
+const TARGETS: [[i32; SYMBOLS]; SYMBOLS] = {
+    let mut targets = [[0; SYMBOLS]; SYMBOLS];
+    let mut i = 0;
+    while i < SYMBOLS * SYMBOLS {
+        if i % SYMBOLS >= i / SYMBOLS {
+            targets[i / SYMBOLS][i % SYMBOLS] = WHOLE;
+        }
+        i += 1;
+    }
+    targets
+};
 
 /// A symbol weighs 2^-rate after so many others.
 const RATES: [u8; 129] = {

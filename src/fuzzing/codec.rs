@@ -39,7 +39,7 @@ pub fn fuzz_refinement(data: &[u8]) {
             let Some(inserted) = step else { break };
             in_star.resize(mesh.table.slots(), false);
             assert!(
-                inserted.star.iter().all(|t| !in_star.replace(t.index(), true)),
+                inserted.star.iter().all(|c| !in_star.replace(c.triangle().index(), true)),
                 "stars share a triangle"
             );
             if mesh.positions.len() > 300 {

@@ -320,6 +320,13 @@ impl CornerTable {
         self.corners.truncate(count);
     }
 
+    /// Makes room for so many more vertices and triangles.
+    pub(crate) fn reserve(&mut self, vertices: usize, triangles: usize) {
+        self.corners.reserve_exact(vertices);
+        self.vertices.reserve_exact(3 * triangles);
+        self.opposites.reserve_exact(3 * triangles);
+    }
+
     /// Gives `v` its corner.
     #[inline]
     pub(crate) fn set_corner(&mut self, v: Vertex, c: Corner) {
@@ -390,16 +397,10 @@ impl CornerTable {
     }
 }
 
-/// What the corners of a triangle have in an array, that of `c` first. (One look at the bounds for all three.)
+/// What the corners of a triangle have in an array, that of `c` first.
 #[inline]
 fn from<T: Copy>(array: &[T], c: Corner) -> [T; 3] {
-    let first = 3 * c.triangle().index();
-    let [x, y, z] = array[first..first + 3] else { unreachable!("a slice of three") };
-    match c.index() - first {
-        0 => [x, y, z],
-        1 => [y, z, x],
-        _ => [z, x, y],
-    }
+    [array[c.index()], array[c.next().index()], array[c.prev().index()]]
 }
 
 /// All edges as (smaller end, larger end) in one key, with the corner opposite; sorted.

@@ -23,6 +23,16 @@ impl ProgressiveMesh {
         self.positions[v.index()] = position;
     }
 
+    /// Makes room for a finer level of so many vertices and triangles, though not for more than twice as many as there are:
+    /// numbers that only a header claims take no memory.
+    pub fn reserve(&mut self, vertices: usize, triangles: usize) {
+        let (v, t) = (self.positions.len(), self.table.slots());
+        let (more_vertices, more_triangles) = (vertices.saturating_sub(v).min(v), triangles.saturating_sub(t).min(t));
+        self.positions.reserve_exact(more_vertices);
+        self.table.reserve(more_vertices, more_triangles);
+        self.roots.reserve(more_vertices);
+    }
+
     /// Bytes a vertex and its two triangles take here: 2 × 3 × (V + O), the corner, the component, the position.
     pub const BYTES_A_VERTEX: usize = 2 * 3 * 8 + 4 + 4 + 12;
 }

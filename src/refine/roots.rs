@@ -68,6 +68,11 @@ impl Roots {
         }
     }
 
+    /// Makes room for so many more vertices.
+    pub(super) fn reserve(&mut self, vertices: usize) {
+        self.component.reserve_exact(vertices);
+    }
+
     /// Puts root edges back, as they were before some operations were undone or carried out again.
     pub fn restore(&mut self, table: &CornerTable, edges: Vec<(Vertex, Vertex)>) {
         *self = Self::new(table, edges);

@@ -13,6 +13,7 @@ mod overview;
 mod paper;
 mod peers;
 mod prefixes;
+mod profiles;
 mod progressive;
 mod quality;
 mod tables;
@@ -69,7 +70,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Linear => vec![linear::table(&args.linear, args.bits)?],
         Section::Prefixes => vec![prefixes::table(&args.cases(&[BUNNY], 12)?)?],
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,
-        Section::Profiles => Vec::new(),
+        Section::Profiles => vec![profiles::table(&args.cases(&MESHES, 12)?, runs)?],
     })
 }
 

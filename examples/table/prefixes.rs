@@ -4,7 +4,7 @@ use super::cases::Case;
 use super::quality::{SAMPLES, SEED, mean_distance};
 use super::tables::{Cell, Table};
 use unweld::decoder::{Decoder, Options};
-use unweld::encoder::{self, Encoder};
+use unweld::encoder::{self, Encoder, Preview};
 use unweld::mesh::IndexedMesh;
 
 /// One row a mesh and share of the file.
@@ -14,7 +14,7 @@ use unweld::mesh::IndexedMesh;
 pub fn table(cases: &[Case]) -> anyhow::Result<Table> {
     let mut table = Table::new("Prefixes", &[&note()], &COLUMNS);
     for case in cases {
-        let coarse = encoder::Options { precision: (1..=7).collect(), ..case.options() };
+        let coarse = encoder::Options { preview: Preview::Coarse, ..case.options() };
         let files = [case.options(), coarse].map(|options| Encoder::new(options).encode_to_vec(&case.mesh));
         let [off, coarse] = files;
         let files = [off?, coarse?];

@@ -199,7 +199,7 @@ const SIZE_RATIO: usize = 13;
 const TIME_RATIO: usize = 19;
 
 const NOTES: [&str; 2] = [
-    "Default settings. Base: its vertices. Connectivity, geometry (of the refinements) and rest (base, header, table of contents, \
+    "Default settings. Levels: the base is one of them. Base: its vertices. Connectivity, geometry (of the refinements) and rest (base, header, table of contents, \
      metadata) are bits a vertex of level 0 and add up to bits/vertex and to bytes, which leave the residue out (isolated vertices, degenerate \
      and repeated triangles, stitches, orientation flags); \"with residue\" is the whole file of the mesh as read. bytes/Draco is bytes (without residue) over Draco's \
      (draco-core, Edgebreaker, compression level 10): both code the same conditioned arrays on the same lattice.",

@@ -50,9 +50,12 @@ pub fn measure(case: &Case, file: &[u8]) -> anyhow::Result<Vec<Quality>> {
         let triangles = levels[level].triangles;
         let decoded = decode_level(file, level as u32)?;
         let mean = mean_distance(case, &decoded).context("a level has triangles")?;
-        let simplified = meshopt_simplify(&case.mesh, triangles as usize);
+        // Level 0 is not simplified; what is flat leaves errors of rounding alone.
+        let simplified = (level > 0).then(|| meshopt_simplify(&case.mesh, triangles as usize)).flatten();
+        let negligible = case.diagonal() * 1e-9;
         let rounded = simplified.as_ref().map(|peer| rounded(peer, &contents.header.lattice));
-        let error = |peer: Option<IndexedMesh>| mean_distance(case, &peer?).filter(|&error| error > 0.0);
+        let error =
+            |peer: Option<IndexedMesh>| mean_distance(case, &peer?).filter(|&error| error > negligible);
         let (peer, rounded_peer) = (error(simplified), error(rounded));
         Ok(Quality { level: level as u32, triangles, mean, peer, rounded_peer })
     };
@@ -91,7 +94,7 @@ fn note() -> String {
         "The level whose number of triangles is nearest to the share (by ratio), as decoded, on the lattice; errors in % of the \
          diagonal of the bounding box: mean distance of the original's surface from the simplified one, {SAMPLES} points, seed \
          {SEED}. Peer: `meshopt_simplify` of the original in full precision to as many triangles, no limit of error, no flags; - \
-         where it stops before. The last two columns have its result with the vertices rounded to the same lattice.",
+         where it stops before, or where the level is the original. The last two columns have its result with the vertices rounded to the same lattice.",
     )
 }
 

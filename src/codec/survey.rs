@@ -24,7 +24,8 @@ impl Survey {
     pub fn new(table: &CornerTable, roots: &Roots, cells: &[Vector]) -> (Walk, Self) {
         // Summed up in the order of the walk, so that the sums do not depend on how the mesh is stored.
         let mut sums = vec![[0.0f32; 2]; table.vertex_slots()];
-        let mut lengths = Vec::with_capacity(table.triangle_count() * 3 / 2 + 2);
+        let mut lengths = vec![0.0; table.edge_count() + 1];
+        let mut count = 0;
         let mut areas = vec![0.0; table.slots()];
         let walk = Walk::visit(table, roots, |c, listed| {
             let [u, v, w] = table.vertices_from(c);
@@ -35,14 +36,9 @@ impl Survey {
                 let sum = &mut sums[vertex.index()];
                 *sum = [sum[0] + two, sum[1] + 2.0];
             }
-            if listed[0] {
-                lengths.push(vw);
-            }
-            if listed[1] {
-                lengths.push(wu);
-            }
-            if listed[2] {
-                lengths.push(uv);
+            for (length, listed) in [vw, wu, uv].into_iter().zip(listed) {
+                lengths[count] = length;
+                count += usize::from(listed);
             }
             let dot = 0.5 * ((uv + wu) - vw);
             areas[c.triangle().index()] = (uv * wu - dot * dot).max(0.0).sqrt();

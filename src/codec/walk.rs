@@ -28,20 +28,28 @@ impl Walk {
     /// the next and the previous one that are listed now, in this order.
     #[inline]
     pub fn visit(table: &CornerTable, roots: &Roots, mut see: impl FnMut(Corner, [bool; 3])) -> Self {
-        let triangles = table.triangle_count();
         let mut walk = Self {
-            edges: Vec::with_capacity(triangles * 3 / 2 + 2),
-            triangles: Vec::with_capacity(triangles),
+            edges: vec![Corner::NONE; table.edge_count() + 1],
+            triangles: Vec::with_capacity(table.triangle_count()),
             boundary: Vec::new(),
+        };
+        let mut listed = 0;
+        // Whether an edge is listed is as good as random: a branch would cost more than a write in vain.
+        let mut list = |walk: &mut Self, c: Corner, is_new: bool| {
+            walk.edges[listed] = c;
+            listed += usize::from(is_new);
+            listed
         };
         let mut visited = vec![false; table.slots()];
         for root in roots.corners(table) {
-            let mut head = walk.edges.len();
             visited[root.triangle().index()] = true;
             walk.triangles.push(root);
-            walk.edges.extend([root, root.next(), root.prev()]);
+            let mut head = list(&mut walk, root, true) - 1;
+            list(&mut walk, root.next(), true);
+            let mut tail = list(&mut walk, root.prev(), true);
             see(root, [true; 3]);
-            while let Some(&edge) = walk.edges.get(head) {
+            while head < tail {
+                let edge = walk.edges[head];
                 head += 1;
                 let entry = table.opposite(edge);
                 if entry.is_none() {
@@ -53,17 +61,15 @@ impl Walk {
                 }
                 walk.triangles.push(entry);
                 let [_, next, prev] = table.opposites_from(entry);
-                let is_new = |beyond: Corner| beyond.is_none() || !visited[beyond.triangle().index()];
-                let listed = [is_new(next), is_new(prev)];
-                if listed[0] {
-                    walk.edges.push(entry.next());
-                }
-                if listed[1] {
-                    walk.edges.push(entry.prev());
-                }
-                see(entry, [false, listed[0], listed[1]]);
+                let is_new =
+                    |beyond: Corner| visited.get(beyond.triangle().index()).is_none_or(|&visited| !visited);
+                let new = [is_new(next), is_new(prev)];
+                list(&mut walk, entry.next(), new[0]);
+                tail = list(&mut walk, entry.prev(), new[1]);
+                see(entry, [false, new[0], new[1]]);
             }
         }
+        walk.edges.truncate(listed);
         walk
     }
 

@@ -90,6 +90,13 @@ impl CornerTable {
         self.live as usize
     }
 
+    /// Number of edges.
+    pub fn edge_count(&self) -> usize {
+        let open = self.opposites.iter().filter(|o| o.is_none()).count();
+        let removed = self.slots() - self.triangle_count();
+        (3 * self.triangle_count() + open - 3 * removed) / 2
+    }
+
     /// Number of places for triangles, removed ones included: triangle indices are below it.
     pub fn slots(&self) -> usize {
         self.vertices.len() / 3
@@ -264,10 +271,9 @@ impl CornerTable {
     pub(crate) fn renew_corner(&mut self, c: Corner) {
         let v = self.vertices[c.index()];
         let old = self.corners[v.index()];
-        let stale = old.is_none() || old.index() >= self.vertices.len() || self.vertices[old.index()] != v;
-        if stale || self.opposites[c.prev().index()].is_none() {
-            self.corners[v.index()] = c;
-        }
+        let stale = self.vertices.get(old.index()) != Some(&v);
+        let renew = stale | self.opposites[c.prev().index()].is_none();
+        self.corners[v.index()] = if renew { c } else { old };
     }
 
     /// Re-establishes the corners of the vertices of a rewritten triangle.

@@ -63,13 +63,14 @@ impl Corner {
     /// The next corner of the same triangle, counter-clockwise: `3 * floor(c/3) + (c+1) mod 3`.
     #[inline]
     pub const fn next(self) -> Corner {
-        if self.0 % 3 == 2 { Corner(self.0 - 2) } else { Corner(self.0 + 1) }
+        // Arithmetic, since a branch here is taken at random.
+        Corner(self.0 + 1 - 3 * (self.0 % 3 == 2) as u32)
     }
 
     /// The previous corner of the same triangle: `3 * floor(c/3) + (c+2) mod 3`.
     #[inline]
     pub const fn prev(self) -> Corner {
-        if self.0.is_multiple_of(3) { Corner(self.0 + 2) } else { Corner(self.0 - 1) }
+        Corner(self.0 + 3 * self.0.is_multiple_of(3) as u32 - 1)
     }
 
     /// The triangle this corner belongs to.

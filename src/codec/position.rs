@@ -130,11 +130,7 @@ impl PositionModels {
         let cell = self.code(coder, at.start, expected, [axis(0), axis(1), axis(2)], known)?;
         let offset = offset(cell, at.start) - p.middle;
         let over = 1.0 / p.length;
-        let errs = [
-            offset.dot(p.axes[0]) * over,
-            offset.dot(p.axes[1]) * over,
-            offset.dot(p.axes[2]) * over,
-        ];
+        let errs = [offset.dot(p.axes[0]) * over, offset.dot(p.axes[1]) * over, offset.dot(p.axes[2]) * over];
         self.scales[0][p.octave][p.classes[0]].learn(errs[0].abs());
         for axis in 0..2 {
             let (octave, class) = (p.octave, p.classes[axis + 1]);

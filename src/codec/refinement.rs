@@ -219,7 +219,10 @@ impl LevelPass {
         }
     }
 
-    fn next_split<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>) -> Result<bool, RefinementError> {
+    fn next_split<C: BitCoder, A: Answers>(
+        &mut self,
+        under: &mut Under<C, A>,
+    ) -> Result<bool, RefinementError> {
         while let Some(&k) = self.walk.edges.get(self.cursor) {
             let place = self.cursor;
             self.cursor += 1;
@@ -278,7 +281,8 @@ impl LevelPass {
             right: o.is_some().then(|| to(o)),
             wings,
         };
-        let (v, position) = self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
+        let (v, position) =
+            self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
         self.place(under.mesh, v, position);
         self.begin(v, Site::Edge(a, b));
@@ -365,7 +369,10 @@ impl LevelPass {
         }
     }
 
-    fn next_face<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>) -> Result<bool, RefinementError> {
+    fn next_face<C: BitCoder, A: Answers>(
+        &mut self,
+        under: &mut Under<C, A>,
+    ) -> Result<bool, RefinementError> {
         while let Some(&c) = self.walk.triangles.get(self.cursor) {
             self.cursor += 1;
             if self.state[c.triangle().index()] == STAR {
@@ -379,8 +386,8 @@ impl LevelPass {
             let [px, py, pz] = [x, y, z].map(|w| self.cells[w.index()]);
             let (start, middle) = (self.cell(under.mesh, x), ((py - px) + (pz - px)) * (1.0 / 3.0));
             let size = (py - px).dot(py - px).max((pz - px).dot(pz - px)).sqrt();
-            let (v, position) =
-                self.code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
+            let (v, position) = self
+                .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::split_face(&mut under.mesh.table, c, v);
             self.place(under.mesh, v, position);
             self.begin(v, Site::Face(x, y, z));
@@ -393,7 +400,10 @@ impl LevelPass {
         Ok(false)
     }
 
-    fn next_attach<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>) -> Result<bool, RefinementError> {
+    fn next_attach<C: BitCoder, A: Answers>(
+        &mut self,
+        under: &mut Under<C, A>,
+    ) -> Result<bool, RefinementError> {
         while let Some(&(a, b)) = self.boundary.get(self.cursor) {
             self.cursor += 1;
             // The triangle behind a→b may have been rewritten, so the edge is found through its start.
@@ -407,8 +417,8 @@ impl LevelPass {
             under.coder.check()?;
             let edge = self.cells[b.index()] - self.cells[a.index()];
             let (start, middle, size) = (self.cell(under.mesh, a), edge * 0.5, edge.dot(edge).sqrt());
-            let (v, position) =
-                self.code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
+            let (v, position) = self
+                .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::attach(&mut under.mesh.table, k, v);
             self.place(under.mesh, v, position);
             self.begin(v, Site::Attach(a, b));

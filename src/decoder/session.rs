@@ -326,7 +326,9 @@ impl Session {
                 return Err(fault(format!("the level ends after {k} of {} operations", atom.items)).into());
             };
             self.operations += 1;
-            delta.rewritten.extend(inserted.star.iter().map(|c| c.triangle().0).filter(|&t| t < first_triangle));
+            delta
+                .rewritten
+                .extend(inserted.star.iter().map(|c| c.triangle().0).filter(|&t| t < first_triangle));
             delta.parents.push(inserted.site);
             if let Some(log) = &mut self.log {
                 log.push(inserted);

@@ -91,7 +91,13 @@ const RATES: [u8; 129] = {
     let mut rates = [7; 129];
     let mut n = 0;
     while n < 128 {
-        rates[n] = if n < 24 { 4 } else if n < 48 { 5 } else { 6 };
+        rates[n] = if n < 24 {
+            4
+        } else if n < 48 {
+            5
+        } else {
+            6
+        };
         n += 1;
     }
     rates

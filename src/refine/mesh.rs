@@ -27,7 +27,8 @@ impl ProgressiveMesh {
     /// numbers that only a header claims take no memory.
     pub fn reserve(&mut self, vertices: usize, triangles: usize) {
         let (v, t) = (self.positions.len(), self.table.slots());
-        let (more_vertices, more_triangles) = (vertices.saturating_sub(v).min(v), triangles.saturating_sub(t).min(t));
+        let (more_vertices, more_triangles) =
+            (vertices.saturating_sub(v).min(v), triangles.saturating_sub(t).min(t));
         self.positions.reserve_exact(more_vertices);
         self.table.reserve(more_vertices, more_triangles);
         self.roots.reserve(more_vertices);

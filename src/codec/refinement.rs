@@ -2,7 +2,7 @@
 
 use super::context::{self, ANGLES, BENDS};
 use super::position::{PositionModels, Surroundings};
-use super::survey::{self, Survey};
+use super::survey::{self, STAR, Survey};
 use super::vector::Vector;
 use super::walk::Walk;
 use crate::entropy::{Bit, BitCoder, CodingError};
@@ -129,8 +129,6 @@ pub struct LevelPass {
     boundary: Vec<(Vertex, Vertex)>,
     pass: Pass,
     cursor: usize,
-    /// By triangle: [`STAR`] in the star of a vertex of this level, else how many of its edges are boundary or have a star beyond.
-    state: Vec<u8>,
     precision: u32,
     /// Largest coordinate of a cell.
     max: i32,
@@ -151,25 +149,17 @@ struct Under<'a, C, A> {
     answers: &'a mut A,
 }
 
-/// A triangle in the star of a vertex of this level.
-const STAR: u8 = 255;
-
 impl LevelPass {
     /// Walks the coarser level. `precision` is the finer level's s, `bits` the lattice's.
     pub fn new(mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
         let table = &mesh.table;
         // As much room as the mesh has, so that all grow together.
-        let (vertices, triangles) = (mesh.positions.capacity(), table.vertices.capacity() / 3);
+        let vertices = mesh.positions.capacity();
         let mut cells = Vec::with_capacity(vertices);
         cells.extend(mesh.positions.iter().map(|p| Vector::of_cell(p.map(|x| x >> precision))));
         let mut linked = Vec::with_capacity(vertices);
         linked.resize(cells.len(), Vertex::NONE);
-        let mut state = Vec::with_capacity(triangles);
-        state.resize(table.slots(), 0);
-        let (walk, survey) = Survey::new(table, &mesh.roots, &cells);
-        for k in &walk.boundary {
-            state[k.triangle().index()] += 1;
-        }
+        let (walk, survey) = Survey::new(table, &mesh.roots, &mut cells);
         Self {
             boundary: walk.boundary.iter().map(|&k| table.edge(k)).collect(),
             walk,
@@ -177,7 +167,6 @@ impl LevelPass {
             cells,
             pass: Pass::Split,
             cursor: 0,
-            state,
             precision,
             max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
             queue: [Corner::NONE; 2 * MAX_STAR],
@@ -227,13 +216,13 @@ impl LevelPass {
             let place = self.cursor;
             self.cursor += 1;
             let table = &under.mesh.table;
-            let left = self.state[k.triangle().index()];
+            let left = self.survey.state(k.triangle());
             if left == STAR {
                 continue;
             }
             let o = table.opposite(k);
             let closed = if o.is_some() {
-                let right = self.state[o.triangle().index()];
+                let right = self.survey.state(o.triangle());
                 if right == STAR {
                     continue;
                 }
@@ -241,8 +230,8 @@ impl LevelPass {
             } else {
                 left - 1
             };
-            let class = self.survey.class(table, place, k, o);
-            let model = &mut under.models.split[usize::from(o.is_none())][usize::from(closed & 7)][class];
+            let class = self.survey.class(table, &self.cells, place, k, o);
+            let model = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7][class];
             if under.coder.bit(model, || under.answers.split(table, k)) {
                 under.coder.check()?;
                 self.split(under, k)?;
@@ -311,7 +300,7 @@ impl LevelPass {
             head += 1;
             let table = &under.mesh.table;
             let o = table.opposite(c);
-            if o.is_none() || self.state[o.triangle().index()] == STAR {
+            if o.is_none() || self.survey.state(o.triangle()) == STAR {
                 continue;
             }
             let r = table.vertex(o);
@@ -347,11 +336,7 @@ impl LevelPass {
     /// Counts the triangle of a corner at the new vertex to its star.
     #[inline]
     fn star(&mut self, c: Corner) {
-        let t = c.triangle();
-        if t.index() >= self.state.len() {
-            self.state.resize(t.index() + 1, STAR);
-        }
-        self.state[t.index()] = STAR;
+        self.survey.star(c.triangle());
         self.inserted.star.push(c);
     }
 
@@ -363,8 +348,7 @@ impl LevelPass {
         for &c in &self.inserted.star {
             let beyond = mesh.table.opposite(c);
             if beyond.is_some() {
-                let state = &mut self.state[beyond.triangle().index()];
-                *state = state.saturating_add(1);
+                self.survey.close(beyond.triangle());
             }
         }
     }
@@ -375,7 +359,7 @@ impl LevelPass {
     ) -> Result<bool, RefinementError> {
         while let Some(&c) = self.walk.triangles.get(self.cursor) {
             self.cursor += 1;
-            if self.state[c.triangle().index()] == STAR {
+            if self.survey.state(c.triangle()) == STAR {
                 continue;
             }
             if !under.coder.bit(&mut under.models.face, || under.answers.face(&under.mesh.table, c)) {

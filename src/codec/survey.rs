@@ -2,31 +2,43 @@
 
 use super::vector::Vector;
 use super::walk::Walk;
-use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::Roots;
 
-/// Sizes of edges, triangles and neighbourhoods, in cells.
+/// Sizes of edges and triangles, in cells. Those of neighbourhoods are kept with the vertices.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
     /// Squared length of each edge of the walk.
     lengths: Vec<f32>,
-    /// Twice the area of each triangle, by slot.
-    areas: Vec<f32>,
-    /// For each vertex, over the triangles round it, the mean squared length of their two edges there.
-    scales: Vec<f32>,
+    /// By slot.
+    faces: Vec<Face>,
 }
+
+/// What a level pass knows of a triangle.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Face {
+    /// Twice its area.
+    area: f32,
+    /// [`STAR`] in the star of a vertex of this level, else how many of its edges are boundary or have a star beyond.
+    state: u32,
+}
+
+/// A triangle in the star of a vertex of this level.
+pub const STAR: u32 = u32::MAX;
 
 /// Classes of [`Survey::class`].
 pub const CLASSES: usize = 28;
 
 impl Survey {
-    /// Walks a mesh whose vertices are at `cells` and measures it.
-    pub fn new(table: &CornerTable, roots: &Roots, cells: &[Vector]) -> (Walk, Self) {
+    /// Walks a mesh whose vertices are at `cells` and measures it. The fourth lane of each cell becomes the scale of the vertex: over
+    /// the triangles round it, the mean squared length of their two edges there.
+    pub fn new(table: &CornerTable, roots: &Roots, cells: &mut [Vector]) -> (Walk, Self) {
         // Summed up in the order of the walk, so that the sums do not depend on how the mesh is stored.
-        let mut sums = vec![[0.0f32; 2]; table.vertex_slots()];
+        let mut sums = vec![[0.0f32; 2]; cells.len()];
         let mut lengths = vec![0.0; table.edge_count() + 1];
         let mut count = 0;
-        let mut areas = vec![0.0; table.slots()];
+        let mut faces = Vec::with_capacity(table.capacity());
+        faces.resize(table.slots(), Face::default());
         let walk = Walk::visit(table, roots, |c, listed| {
             let [u, v, w] = table.vertices_from(c);
             let [p, q, r] = [cells[u.index()], cells[v.index()], cells[w.index()]];
@@ -41,18 +53,45 @@ impl Survey {
                 count += usize::from(listed);
             }
             let dot = 0.5 * ((uv + wu) - vw);
-            areas[c.triangle().index()] = (uv * wu - dot * dot).max(0.0).sqrt();
+            faces[c.triangle().index()].area = (uv * wu - dot * dot).max(0.0).sqrt();
         });
-        let scales = sums.into_iter().map(|[sum, count]| sum / count).collect();
-        (walk, Self { lengths, areas, scales })
+        for k in &walk.boundary {
+            faces[k.triangle().index()].state += 1;
+        }
+        for (cell, [sum, count]) in cells.iter_mut().zip(sums) {
+            cell.0[3] = sum / count;
+        }
+        (walk, Self { lengths, faces })
+    }
+
+    /// [`STAR`] in the star of a vertex of this level, else how many of its edges are boundary or have a star beyond.
+    #[inline(always)]
+    pub fn state(&self, t: Triangle) -> u32 {
+        self.faces[t.index()].state
+    }
+
+    /// Counts a triangle, old or new, to a star of this level.
+    #[inline(always)]
+    pub fn star(&mut self, t: Triangle) {
+        if t.index() >= self.faces.len() {
+            self.faces.resize(t.index() + 1, Face { area: 0.0, state: STAR });
+        }
+        self.faces[t.index()].state = STAR;
+    }
+
+    /// Tells a triangle that a star has grown beyond one of its edges.
+    #[inline(always)]
+    pub fn close(&mut self, t: Triangle) {
+        let state = &mut self.faces[t.index()].state;
+        *state = state.saturating_add(1);
     }
 
     /// How large the edge of place `i` in the walk, opposite to `k` and `o`, and its triangles are beside their surroundings: the
     /// class of squared length × area over the square of the mean squared edge length at its vertices.
     #[inline(always)]
-    pub fn class(&self, table: &CornerTable, i: usize, k: Corner, o: Corner) -> usize {
-        let scale = |v: Vertex| self.scales[v.index()];
-        let area = |c: Corner| self.areas[c.triangle().index()];
+    pub fn class(&self, table: &CornerTable, cells: &[Vector], i: usize, k: Corner, o: Corner) -> usize {
+        let scale = |v: Vertex| cells[v.index()].0[3];
+        let area = |c: Corner| self.faces[c.triangle().index()].area;
         let [c, a, b] = table.vertices_from(k);
         let all = (scale(a) + scale(b)) + scale(c);
         let (mean, area) = if o.is_some() {

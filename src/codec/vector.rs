@@ -1,4 +1,4 @@
-//! Cells as points and vectors in binary32, the fourth lane 0: four lanes are one register (spec §9.2).
+//! Cells as points and vectors in binary32, four lanes to a register; the fourth is no part of any result (spec §9.2).
 //!
 //! Lattice coordinates have at most 24 bits, so they are exact. Every operation is rounded once, in the order written here.
 

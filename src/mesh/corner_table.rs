@@ -25,10 +25,17 @@ use super::index::{Corner, Triangle, Vertex};
 /// - a removed triangle has `V == NONE` at its three corners, an unused vertex has corner `NONE`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CornerTable {
-    pub(crate) vertices: Vec<Vertex>,
-    pub(crate) opposites: Vec<Corner>,
+    /// V and O side by side: whoever looks at one of a corner mostly looks at the other, or at those of its triangle.
+    sides: Vec<Side>,
     pub(crate) corners: Vec<Corner>,
     pub(crate) live: u32,
+}
+
+/// What is known of a corner.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+struct Side {
+    vertex: Vertex,
+    opposite: Corner,
 }
 
 /// Why some triangles are not an oriented manifold.
@@ -78,8 +85,9 @@ impl CornerTable {
     /// Completes a table whose V and O are consistent: finds one corner for each vertex.
     pub(crate) fn from_parts(vertex_count: usize, vertices: Vec<Vertex>, opposites: Vec<Corner>) -> Self {
         let live = (vertices.len() / 3) as u32;
-        let mut table = Self { vertices, opposites, corners: vec![Corner::NONE; vertex_count], live };
-        for c in 0..table.vertices.len() as u32 {
+        let sides = vertices.into_iter().zip(opposites).map(|(vertex, opposite)| Side { vertex, opposite });
+        let mut table = Self { sides: sides.collect(), corners: vec![Corner::NONE; vertex_count], live };
+        for c in 0..table.sides.len() as u32 {
             table.renew_corner(Corner(c));
         }
         table
@@ -92,14 +100,14 @@ impl CornerTable {
 
     /// Number of edges.
     pub fn edge_count(&self) -> usize {
-        let open = self.opposites.iter().filter(|o| o.is_none()).count();
+        let open = self.sides.iter().filter(|side| side.opposite.is_none()).count();
         let removed = self.slots() - self.triangle_count();
         (3 * self.triangle_count() + open - 3 * removed) / 2
     }
 
     /// Number of places for triangles, removed ones included: triangle indices are below it.
     pub fn slots(&self) -> usize {
-        self.vertices.len() / 3
+        self.sides.len() / 3
     }
 
     /// Number of vertex indices, unused ones included.
@@ -110,25 +118,25 @@ impl CornerTable {
     /// V: the vertex of a corner.
     #[inline]
     pub fn vertex(&self, c: Corner) -> Vertex {
-        self.vertices[c.index()]
+        self.sides[c.index()].vertex
     }
 
     /// O: the corner that faces `c` across its edge, or `NONE` at the boundary.
     #[inline]
     pub fn opposite(&self, c: Corner) -> Corner {
-        self.opposites[c.index()]
+        self.sides[c.index()].opposite
     }
 
     /// The vertices of a triangle, that of corner `c` first, counter-clockwise.
     #[inline]
     pub fn vertices_from(&self, c: Corner) -> [Vertex; 3] {
-        from(&self.vertices, c)
+        [c, c.next(), c.prev()].map(|c| self.vertex(c))
     }
 
     /// O of the corners of a triangle, that of `c` first, counter-clockwise.
     #[inline]
     pub fn opposites_from(&self, c: Corner) -> [Corner; 3] {
-        from(&self.opposites, c)
+        [c, c.next(), c.prev()].map(|c| self.opposite(c))
     }
 
     /// One corner at `v`: at a boundary vertex the one whose triangle has the outgoing boundary edge;
@@ -141,7 +149,7 @@ impl CornerTable {
     /// Whether the triangle has not been removed.
     #[inline]
     pub fn is_live(&self, t: Triangle) -> bool {
-        self.vertices[t.corner(0).index()].is_some()
+        self.vertex(t.corner(0)).is_some()
     }
 
     /// The three vertices of a triangle, counter-clockwise.
@@ -255,24 +263,41 @@ impl CornerTable {
         true
     }
 
+    /// Sets V of a corner.
+    #[inline]
+    pub(crate) fn set_vertex(&mut self, c: Corner, v: Vertex) {
+        self.sides[c.index()].vertex = v;
+    }
+
+    /// Makes the edge opposite to a corner a boundary edge.
+    #[inline]
+    pub(crate) fn open(&mut self, c: Corner) {
+        self.sides[c.index()].opposite = Corner::NONE;
+    }
+
+    /// Triangles that there is room for.
+    pub(crate) fn capacity(&self) -> usize {
+        self.sides.capacity() / 3
+    }
+
     /// Joins two corners across an edge; either may be `NONE`.
     #[inline]
     pub(crate) fn join(&mut self, c: Corner, d: Corner) {
         if c.is_some() {
-            self.opposites[c.index()] = d;
+            self.sides[c.index()].opposite = d;
         }
         if d.is_some() {
-            self.opposites[d.index()] = c;
+            self.sides[d.index()].opposite = c;
         }
     }
 
     /// Re-establishes the corner of the vertex at `c`, one of whose triangles has been rewritten.
     #[inline]
     pub(crate) fn renew_corner(&mut self, c: Corner) {
-        let v = self.vertices[c.index()];
+        let v = self.vertex(c);
         let old = self.corners[v.index()];
-        let stale = self.vertices.get(old.index()) != Some(&v);
-        let renew = stale | self.opposites[c.prev().index()].is_none();
+        let stale = self.sides.get(old.index()).is_none_or(|side| side.vertex != v);
+        let renew = stale | self.opposite(c.prev()).is_none();
         self.corners[v.index()] = if renew { c } else { old };
     }
 
@@ -286,8 +311,7 @@ impl CornerTable {
     /// Appends a triangle without neighbours.
     pub(crate) fn push_triangle(&mut self, vertices: [Vertex; 3]) -> Triangle {
         let t = Triangle(self.slots() as u32);
-        self.vertices.extend_from_slice(&vertices);
-        self.opposites.extend_from_slice(&[Corner::NONE; 3]);
+        self.sides.extend_from_slice(&vertices.map(|vertex| Side { vertex, opposite: Corner::NONE }));
         self.live += 1;
         t
     }
@@ -295,14 +319,11 @@ impl CornerTable {
     /// Marks a triangle as removed; removed triangles at the end give up their place.
     pub(crate) fn remove_triangle(&mut self, t: Triangle) {
         for c in t.corners() {
-            self.vertices[c.index()] = Vertex::NONE;
-            self.opposites[c.index()] = Corner::NONE;
+            self.sides[c.index()] = Side { vertex: Vertex::NONE, opposite: Corner::NONE };
         }
         self.live -= 1;
-        while self.vertices.last() == Some(&Vertex::NONE) {
-            let slots = self.vertices.len() - 3;
-            self.vertices.truncate(slots);
-            self.opposites.truncate(slots);
+        while self.sides.last().is_some_and(|side| side.vertex.is_none()) {
+            self.sides.truncate(self.sides.len() - 3);
         }
     }
 
@@ -329,8 +350,7 @@ impl CornerTable {
     /// Makes room for so many more vertices and triangles.
     pub(crate) fn reserve(&mut self, vertices: usize, triangles: usize) {
         self.corners.reserve_exact(vertices);
-        self.vertices.reserve_exact(3 * triangles);
-        self.opposites.reserve_exact(3 * triangles);
+        self.sides.reserve_exact(3 * triangles);
     }
 
     /// Gives `v` its corner.
@@ -352,7 +372,7 @@ impl CornerTable {
     /// # Errors
     /// The first [`TopologyError`] found.
     pub fn check(&self) -> Result<(), TopologyError> {
-        let live = |c: Corner| c.index() < self.vertices.len() && self.vertices[c.index()].is_some();
+        let live = |c: Corner| self.sides.get(c.index()).is_some_and(|side| side.vertex.is_some());
         let mut fan_sizes = vec![0u32; self.corners.len()];
         for t in self.triangles() {
             let [a, b, c] = self.triangle(t);
@@ -401,12 +421,6 @@ impl CornerTable {
         }
         Ok(())
     }
-}
-
-/// What the corners of a triangle have in an array, that of `c` first.
-#[inline]
-fn from<T: Copy>(array: &[T], c: Corner) -> [T; 3] {
-    [array[c.index()], array[c.next().index()], array[c.prev().index()]]
 }
 
 /// All edges as (smaller end, larger end) in one key, with the corner opposite; sorted.

@@ -15,8 +15,8 @@ pub fn flip(table: &mut CornerTable, c: Corner) -> Corner {
     let o = table.opposite(c);
     let (v, r) = (table.vertex(c), table.vertex(o));
     let (beyond_pr, beyond_qv) = (table.opposite(o.next()), table.opposite(c.next()));
-    table.vertices[c.prev().index()] = r;
-    table.vertices[o.prev().index()] = v;
+    table.set_vertex(c.prev(), r);
+    table.set_vertex(o.prev(), v);
     table.join(c, beyond_pr);
     table.join(o, beyond_qv);
     table.join(c.next(), o.next());
@@ -33,8 +33,8 @@ pub fn unflip(table: &mut CornerTable, c: Corner) {
     let o = m.prev();
     let (p, q) = (table.vertex(c.next()), table.vertex(m));
     let (beyond_pr, beyond_qv) = (table.opposite(c), table.opposite(o));
-    table.vertices[c.prev().index()] = q;
-    table.vertices[o.prev().index()] = p;
+    table.set_vertex(c.prev(), q);
+    table.set_vertex(o.prev(), p);
     table.join(o.next(), beyond_pr);
     table.join(c.next(), beyond_qv);
     table.join(c, o);
@@ -70,7 +70,7 @@ fn split_side(table: &mut CornerTable, k: Corner, v: Vertex) -> [Corner; 3] {
     let beyond = table.opposite(k.next());
     let new = table.push_triangle([c, v, b]);
     let [facing_b, at_v, at_b] = new.corners();
-    table.vertices[k.prev().index()] = v;
+    table.set_vertex(k.prev(), v);
     table.join(at_v, beyond);
     table.join(at_b, k.next());
     // a and c keep their corners; b is now in the new triangle.
@@ -88,13 +88,13 @@ pub fn weld_edge(table: &mut CornerTable, k: Corner) {
     let o = table.opposite(far);
     let b = table.vertex(far.prev());
     let beyond_left = table.opposite(far.next());
-    table.vertices[k.prev().index()] = b;
+    table.set_vertex(k.prev(), b);
     table.join(k.next(), beyond_left);
-    table.opposites[k.index()] = Corner::NONE;
+    table.open(k);
     if o.is_some() {
         let a = table.vertex(k.next());
         let beyond_right = table.opposite(right.next());
-        table.vertices[o.prev().index()] = a;
+        table.set_vertex(o.prev(), a);
         table.join(o.next(), beyond_right);
         table.join(k, o);
         table.remove_triangle(right.triangle());
@@ -115,7 +115,7 @@ pub fn split_face(table: &mut CornerTable, x: Corner, v: Vertex) {
     let (beyond_yz, beyond_zx) = (table.opposite(x), table.opposite(x.next()));
     let second = table.push_triangle([vy, vz, v]);
     let third = table.push_triangle([vz, vx, v]);
-    table.vertices[x.prev().index()] = v;
+    table.set_vertex(x.prev(), v);
     table.join(second.corner(2), beyond_yz);
     table.join(third.corner(2), beyond_zx);
     table.join(second.corner(1), x);
@@ -135,7 +135,7 @@ pub fn weld_face(table: &mut CornerTable, x: Corner) {
     // `second` is y's corner in (y, z, v), `third` is z's in (z, x, v).
     let z = table.vertex(third);
     let (beyond_yz, beyond_zx) = (table.opposite(second.prev()), table.opposite(third.prev()));
-    table.vertices[x.prev().index()] = z;
+    table.set_vertex(x.prev(), z);
     table.join(x, beyond_yz);
     table.join(x.next(), beyond_zx);
     table.remove_triangle(third.triangle());
@@ -159,7 +159,7 @@ pub fn attach(table: &mut CornerTable, k: Corner, v: Vertex) {
 pub fn detach(table: &mut CornerTable, v: Vertex) {
     let ear = table.corner_of(v);
     let k = table.opposite(ear);
-    table.opposites[k.index()] = Corner::NONE;
+    table.open(k);
     table.remove_triangle(ear.triangle());
     table.corners[v.index()] = Corner::NONE;
     table.renew_corners(k.triangle());

@@ -1,84 +1,26 @@
 //! The encoder: simplify, code, write. Here these rooms meet, and only here.
 
 mod levels;
+mod options;
 mod report;
+mod schedule;
 
 use crate::codec::residue::{Extra, MAX_OUTSIDE, Residue};
 use crate::codec::walk::Walk;
 use crate::container::{AtomKind, FileBuilder, Level, Metadata};
 use crate::error::{Error, Result};
-use crate::mesh::topology::{self, Conditioned, Weld};
+use crate::mesh::topology::{self, Conditioned};
 use crate::mesh::{IndexedMesh, Lattice, Vertex, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
 use crate::simplify::{self, Simplified};
 use bitvec::vec::BitVec;
 use levels::Levels;
+use schedule::Schedule;
 use std::io::Write;
 use std::time::Instant;
 
+pub use options::{Keyframes, Options, Preview, Profile};
 pub use report::{Report, Seconds};
-
-/// Which levels get a keyframe; the base always has one.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub enum Keyframes {
-    /// None but the base.
-    #[default]
-    None,
-    /// Every level.
-    All,
-    /// The levels whose number is a multiple of this.
-    Every(u32),
-    /// These levels.
-    Levels(Vec<u32>),
-}
-
-impl Keyframes {
-    fn contains(&self, level: u32) -> bool {
-        match self {
-            Self::None => false,
-            Self::All => true,
-            Self::Every(n) => level.is_multiple_of((*n).max(1)),
-            Self::Levels(levels) => levels.contains(&level),
-        }
-    }
-}
-
-/// Settings of an encoding.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Options {
-    /// Bits a coordinate, [`Lattice::MIN_BITS`] to [`Lattice::MAX_BITS`].
-    pub position_bits: u32,
-    /// How to simplify.
-    pub simplify: simplify::Options,
-    /// Which levels get a keyframe.
-    pub keyframes: Keyframes,
-    /// Whether boundary vertices stay.
-    pub lock_boundary: bool,
-    /// Which vertices are one.
-    pub weld: Weld,
-    /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
-    pub atom_bytes: usize,
-    /// Most memory to use, in bytes, as estimated beforehand.
-    pub max_memory: u64,
-    /// s of levels 1, 2, … (spec §5.6), not falling; the last holds for all further levels, none means 0.
-    #[doc(hidden)]
-    pub precision: Vec<u32>,
-}
-
-impl Default for Options {
-    fn default() -> Self {
-        Self {
-            position_bits: 14,
-            simplify: simplify::Options::default(),
-            keyframes: Keyframes::None,
-            lock_boundary: false,
-            weld: Weld::Exact,
-            atom_bytes: 16 << 10,
-            max_memory: u64::MAX,
-            precision: Vec::new(),
-        }
-    }
-}
 
 /// What the encoder is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -195,12 +137,14 @@ impl<'a> Encoder<'a> {
         let roots = Roots::choose(&base);
         let mesh_at_base = ProgressiveMesh { table: base, positions: quantised.clone(), roots };
         let options = self.options.clone();
-        let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options);
+        let schedule = Schedule::of(&options, &simplified, &quantised);
+        let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options, &schedule);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
         let residue = residue(&conditioned, levels.mesh(), &lattice);
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
-        let mut file = FileBuilder::new(lattice, maximum, self.level_entries(&simplified, &levels, &lattice));
+        let mut file =
+            FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &schedule, &lattice));
         let mut report = Report::new(&conditioned, &simplified, mesh.diagonal());
         report.locked_vertices = locked_vertices;
         report.residue = residue.counts();
@@ -244,6 +188,11 @@ impl<'a> Encoder<'a> {
         }
         if let Keyframes::Every(0) = options.keyframes {
             return Err(parameter("every 0 levels is no distance of keyframes"));
+        }
+        if let Preview::Schedule(schedule) = &options.preview
+            && !schedule.is_sorted()
+        {
+            return Err(parameter("a precision schedule must not fall from a level to a coarser one"));
         }
         for (v, p) in mesh.positions.iter().enumerate() {
             if p.iter().any(|x| !x.is_finite()) {
@@ -290,23 +239,6 @@ impl<'a> Encoder<'a> {
         simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)
     }
 
-    fn level_entries(&self, simplified: &Simplified, levels: &Levels, lattice: &Lattice) -> Vec<Level> {
-        let counts = levels.counts();
-        let entries = counts.iter().zip(&simplified.errors).enumerate();
-        entries
-            .map(|(j, (&(vertices, triangles), error))| {
-                let precision = levels::precision(&self.options, j as u32);
-                // A cell's middle is at most half a cell's diagonal from what it stands for.
-                let cell =
-                    if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
-                let max_error = (error.max + cell * 0.75f64.sqrt()).min(f64::MAX);
-                let rms_error =
-                    (error.rms * error.rms + cell * cell * 0.25).sqrt().min(f32::MAX.into()) as f32;
-                Level { vertices, triangles, precision, max_error, rms_error }
-            })
-            .collect()
-    }
-
     fn metadata(&self, conditioned: &Conditioned, diagonal: f64) -> Metadata {
         Metadata {
             generator: concat!("unweld ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -323,6 +255,25 @@ impl<'a> Encoder<'a> {
         let go_on = self.progress.as_mut().is_none_or(|callback| callback(Progress { stage, done, total }));
         if go_on { Ok(()) } else { Err(Error::Cancelled) }
     }
+}
+
+fn level_entries(
+    simplified: &Simplified,
+    levels: &Levels,
+    schedule: &Schedule,
+    lattice: &Lattice,
+) -> Vec<Level> {
+    let entries = levels.counts().iter().zip(&simplified.errors).enumerate();
+    entries
+        .map(|(j, (&(vertices, triangles), error))| {
+            let precision = schedule.precision(j as u32);
+            // A cell's middle is at most half a cell's diagonal from what it stands for.
+            let cell = if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
+            let max_error = (error.max + cell * 0.75f64.sqrt()).min(f64::MAX);
+            let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt().min(f32::MAX.into()) as f32;
+            Level { vertices, triangles, precision, max_error, rms_error }
+        })
+        .collect()
 }
 
 /// What encoding takes at its peak for a triangle of the input, the input included, roughly.

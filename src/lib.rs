@@ -74,7 +74,8 @@
 //! ```
 //!
 //! # Features
-//! `encode`: simplifier and encoder; `formats`: PLY and OBJ; `cli` (default): the command line. Without any of them the crate is the decoder.
+//! `encode`: simplifier and encoder; `formats`: PLY and OBJ; `cli` (default): the command line; `peers`: what the
+//! benchmark `examples/table` compares with. Without any of them the crate is the decoder.
 
 pub mod codec;
 pub mod container;

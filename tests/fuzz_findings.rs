@@ -3,13 +3,13 @@
 
 use unweld::container::{AtomKind, FileBuilder, parse_contents};
 use unweld::decoder::{self, Decoder, Event};
-use unweld::encoder::{Encoder, Options};
+use unweld::encoder::{Encoder, Options, Preview};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 
 /// Levels in atoms as small as they can be, coarse levels at a coarse precision.
 fn small_atoms() -> Options {
-    let mut options = Options { atom_bytes: 1, precision: vec![1, 3], ..Options::default() };
+    let mut options = Options { atom_bytes: 1, preview: Preview::Schedule(vec![1, 3]), ..Options::default() };
     options.simplify.base_vertices = Some(10);
     options
 }

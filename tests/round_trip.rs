@@ -4,7 +4,7 @@
 use unweld::Error;
 use unweld::container::{Plan, Want, parse_contents, plan, plan_from_keyframe};
 use unweld::decoder::{self, Decoder, Event, Until};
-use unweld::encoder::{Encoder, Keyframes, Options};
+use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::limits::Limits;
 use unweld::mesh::{IndexedMesh, Lattice, Triangle, shapes};
 use unweld::refine::Site;
@@ -27,13 +27,57 @@ fn small() -> Options {
     options
 }
 
+/// The grid of a level is as coarse as an eighth of its mean edge allows, measured here on the decoded levels: edges differ
+/// from the encoder's by the rounding alone.
+#[test]
+fn the_grid_of_a_coarse_preview_follows_the_edges() {
+    let mut options = Options { preview: Preview::Coarse, ..Options::default() };
+    options.simplify.base_vertices = Some(30);
+    let file = Encoder::new(options).encode_to_vec(&shapes::sphere(4)).unwrap();
+    let mut decoder = Decoder::new(decoder::Options::default());
+    decoder.push(&file);
+    let mut coarse = 0;
+    while let Some(event) = decoder.poll().unwrap() {
+        let Event::Level { level, .. } = event else { continue };
+        let contents = decoder.contents().unwrap();
+        let precision = contents.levels[level as usize].precision;
+        let eighth = mean_edge(&decoder.assembled().unwrap()) / contents.header.lattice.step / 8.0;
+        let step = f64::from(1u32 << precision);
+        if level == 0 {
+            assert_eq!(precision, 0);
+        } else {
+            assert!(step <= eighth.max(1.0) * 1.01, "level {level}: {step} of {eighth}");
+            assert!(2.0 * step >= eighth * 0.99, "level {level}: {step} of {eighth}");
+        }
+        coarse = coarse.max(precision);
+    }
+    assert!(coarse > 6);
+}
+
+/// Every edge of a closed mesh stands in two triangles.
+fn mean_edge(mesh: &IndexedMesh) -> f64 {
+    let sides = mesh.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]);
+    let length = |(a, b): (u32, u32)| {
+        let (a, b) = (mesh.positions[a as usize], mesh.positions[b as usize]);
+        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
+    };
+    sides.map(length).sum::<f64>() / (3 * mesh.triangles.len()) as f64
+}
+
+#[test]
+fn a_schedule_that_falls_is_refused() {
+    let options = Options { preview: Preview::Schedule(vec![2, 1]), ..Options::default() };
+    let error = Encoder::new(options).encode_to_vec(&shapes::tetrahedron()).unwrap_err();
+    assert!(matches!(error, Error::Parameter(_)), "{error}");
+}
+
 #[test]
 fn shapes_come_back() {
     for mesh in
         [shapes::sphere(3), shapes::torus_with_hole(20, 14), shapes::handle_body(2), shapes::disc_with_ears()]
     {
-        for precision in [vec![], vec![1, 2, 5]] {
-            let file = Encoder::new(Options { precision, ..small() }).encode_to_vec(&mesh).unwrap();
+        for preview in [Preview::Off, Preview::Coarse, Preview::Schedule(vec![1, 2, 5])] {
+            let file = Encoder::new(Options { preview, ..small() }).encode_to_vec(&mesh).unwrap();
             let decoder = decoder::decode(&file, decoder::Options::default()).unwrap();
             let lattice = decoder.contents().unwrap().header.lattice;
             assert_eq!(triangles(&decoder.assembled().unwrap(), &lattice), triangles(&mesh, &lattice));
@@ -44,7 +88,7 @@ fn shapes_come_back() {
 #[test]
 fn the_undo_log_goes_down_and_up_again() {
     let mut options = small();
-    options.precision = vec![1, 3];
+    options.preview = Preview::Schedule(vec![1, 3]);
     let file = Encoder::new(options).encode_to_vec(&shapes::torus_with_hole(16, 12)).unwrap();
     let mut decoder = Decoder::new(decoder::Options { undo: true, ..Default::default() });
     decoder.push(&file);
@@ -97,8 +141,9 @@ fn the_same_input_gives_the_same_bytes() {
 #[test]
 fn events_tell_every_change() {
     for mesh in [shapes::bumpy_sphere(3, 1), shapes::torus_with_hole(16, 12), shapes::disc_with_ears()] {
-        let file =
-            Encoder::new(Options { precision: vec![1, 2, 4], ..small() }).encode_to_vec(&mesh).unwrap();
+        let file = Encoder::new(Options { preview: Preview::Schedule(vec![1, 2, 4]), ..small() })
+            .encode_to_vec(&mesh)
+            .unwrap();
         let mut decoder = Decoder::new(decoder::Options::default());
         decoder.push(&file);
         let (mut positions, mut triangles) = (Vec::new(), Vec::new());
@@ -165,7 +210,7 @@ fn decoding_stops_where_it_is_told_to() {
 
 #[test]
 fn every_plan_is_enough_and_leads_where_it_says() {
-    let file = Encoder::new(Options { precision: vec![2], ..small() })
+    let file = Encoder::new(Options { preview: Preview::Schedule(vec![2]), ..small() })
         .encode_to_vec(&shapes::bumpy_sphere(3, 1))
         .unwrap();
     let contents = parse_contents(&file).unwrap().unwrap();

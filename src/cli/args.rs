@@ -2,7 +2,7 @@
 
 use clap::ValueEnum;
 use std::path::Path;
-use unweld::encoder::Keyframes;
+use unweld::encoder::{self, Keyframes};
 use unweld::mesh::topology;
 use unweld::simplify;
 
@@ -22,6 +22,47 @@ pub enum Weld {
     Exact,
     /// Those with the same index
     None,
+}
+
+/// What matters most.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Profile {
+    /// A balance
+    Default,
+    /// Few bytes in all
+    Small,
+    /// Levels near the original
+    Fine,
+}
+
+impl Profile {
+    /// For the library.
+    pub fn of_library(self) -> encoder::Profile {
+        match self {
+            Self::Default => encoder::Profile::Default,
+            Self::Small => encoder::Profile::Small,
+            Self::Fine => encoder::Profile::Fine,
+        }
+    }
+}
+
+/// How coarse the coordinates of coarse levels are.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub enum Preview {
+    /// All levels have all bits
+    Off,
+    /// Fewer bits at first: the first kilobytes show more triangles, the file is larger by some percent
+    Coarse,
+}
+
+impl Preview {
+    /// For the library.
+    pub fn of_library(self) -> encoder::Preview {
+        match self {
+            Self::Off => encoder::Preview::Off,
+            Self::Coarse => encoder::Preview::Coarse,
+        }
+    }
 }
 
 /// How to simplify.
@@ -53,8 +94,8 @@ pub struct Simplification {
 }
 
 impl Simplification {
-    /// For the library.
-    pub fn options(&self, base_vertices: Option<usize>) -> simplify::Options {
+    /// For the library; `profile` settles what has no argument of its own.
+    pub fn options(&self, profile: encoder::Profile, base_vertices: Option<usize>) -> simplify::Options {
         simplify::Options {
             method: match self.method {
                 Method::Stellar => simplify::Method::Stellar,
@@ -65,7 +106,7 @@ impl Simplification {
             choices: self.choices,
             base_vertices,
             seed: self.seed,
-            ..simplify::Options::default()
+            ..profile.simplify()
         }
     }
 
@@ -151,7 +192,8 @@ fn weight(text: &str) -> Result<f64, String> {
     }
 }
 
-fn value_name(value: &impl ValueEnum) -> String {
+/// The value as it is given.
+pub fn value_name(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
 }
 

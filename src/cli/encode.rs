@@ -1,6 +1,6 @@
 //! `unweld encode`: from a foreign mesh to a `.uwm` file.
 
-use super::args::{Simplification, keyframes, size};
+use super::args::{Preview, Profile, Simplification, keyframes, size, value_name};
 use super::describe::Description;
 use super::failure::Usage;
 use super::input;
@@ -32,6 +32,12 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = Options::default().position_bits,
           value_parser = clap::value_parser!(u32).range(i64::from(Lattice::MIN_BITS)..=i64::from(Lattice::MAX_BITS)))]
     position_bits: u32,
+    /// What matters most
+    #[arg(long, value_enum, default_value = "default")]
+    profile: Profile,
+    /// How coarse the coordinates of coarse levels are
+    #[arg(long, value_enum, default_value = "off")]
+    preview: Preview,
     /// Vertices of the base; the larger of 1 % and 500 where not given
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
@@ -154,8 +160,9 @@ pub fn report_text(description: &Description, report: &Report) -> String {
 fn options(args: &Args) -> Options {
     Options {
         position_bits: args.position_bits,
-        simplify: args.simplification.options(args.base_vertices),
+        simplify: args.simplification.options(args.profile.of_library(), args.base_vertices),
         keyframes: args.keyframes.clone(),
+        preview: args.preview.of_library(),
         lock_boundary: args.simplification.lock_boundary,
         weld: args.simplification.weld(),
         max_memory: args.max_memory.unwrap_or(u64::MAX),
@@ -173,6 +180,8 @@ fn settings(args: &Args) -> Vec<(String, String)> {
     };
     let mut settings = vec![
         ("position-bits".to_owned(), args.position_bits.to_string()),
+        ("profile".to_owned(), value_name(&args.profile)),
+        ("preview".to_owned(), value_name(&args.preview)),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
         ("keyframes".to_owned(), keyframes),
     ];
@@ -267,5 +276,6 @@ const EXAMPLES: &str = "\
 EXAMPLES
   unweld encode bunny.ply -o bunny.uwm
   unweld encode bunny.ply.gz -o bunny.uwm --position-bits 12 --keyframes every:4
+  unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode - -o - < bunny.obj > bunny.uwm
   unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex";

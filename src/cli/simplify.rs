@@ -10,6 +10,7 @@ use anyhow::{Context, anyhow, bail};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
+use unweld::encoder::Profile;
 use unweld::mesh::distance::{SurfaceDistance, surface_distance};
 use unweld::mesh::topology::{Conditioned, condition};
 use unweld::mesh::{CornerTable, IndexedMesh, Lattice, Vertex, lattice};
@@ -143,7 +144,7 @@ fn simplified(
     // A vertex takes two triangles with it, or one where it was on the boundary, whose vertices are as many as its edges.
     let removals = (surplus + conditioned.report.census.boundary_edges).div_ceil(2).min(surplus);
     let least = conditioned.positions.len().saturating_sub(removals);
-    let options = args.simplification.options(Some(least));
+    let options = args.simplification.options(Profile::Default, Some(least));
     let mut tell = |done, total| {
         progress.update("simplify", done, total);
         true

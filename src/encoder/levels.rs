@@ -1,5 +1,6 @@
 //! From the history to payloads: the replay coarse to fine, with every level's refinements and keyframe.
 
+use super::schedule::Schedule;
 use super::{Options, Report};
 use crate::codec::answers::LevelAnswers;
 use crate::codec::keyframe::{self, Written};
@@ -30,6 +31,7 @@ pub struct Levels<'a> {
     /// Level 0's positions.
     finest: &'a [[i32; 3]],
     options: &'a Options,
+    schedule: &'a Schedule,
     pieces: Vec<Piece>,
     keyframes: Vec<(u32, Written)>,
     /// Vertices and triangles of each level, by number.
@@ -45,12 +47,13 @@ impl<'a> Levels<'a> {
         simplified: &'a Simplified,
         finest: &'a [[i32; 3]],
         options: &'a Options,
+        schedule: &'a Schedule,
     ) -> Self {
         let base_level = simplified.history.level_count();
         let operations = simplified.history.operations().len();
         let counts =
             vec![((finest.len() - operations) as u32, base.table.triangle_count() as u32); base_level + 1];
-        let s = precision(options, base_level as u32);
+        let s = schedule.precision(base_level as u32);
         for (position, finest) in base.positions.iter_mut().zip(finest) {
             *position = finest.map(|x| from_cell(x >> s, s));
         }
@@ -60,6 +63,7 @@ impl<'a> Levels<'a> {
             simplified,
             finest,
             options,
+            schedule,
             pieces: Vec::new(),
             keyframes: vec![(base_level as u32, written)],
             counts,
@@ -85,7 +89,7 @@ impl<'a> Levels<'a> {
             self.counts[j].0 = self.counts[j + 1].0 + self.simplified.history.level(j).len() as u32;
             self.counts[j].1 = self.mesh.table.triangle_count() as u32;
             if self.options.keyframes.contains(j as u32) {
-                let written = keyframe::encode(&self.mesh, precision(self.options, j as u32));
+                let written = keyframe::encode(&self.mesh, self.schedule.precision(j as u32));
                 self.keyframes.push((j as u32, written));
                 models = SegmentModels::default();
             }
@@ -125,7 +129,7 @@ impl<'a> Levels<'a> {
     }
 
     fn sharpen(&mut self, j: u32, walk: &Walk, models: &mut SegmentModels) {
-        let (from, to) = (precision(self.options, j + 1), precision(self.options, j));
+        let (from, to) = (self.schedule.precision(j + 1), self.schedule.precision(j));
         if from == to {
             return;
         }
@@ -155,7 +159,7 @@ impl<'a> Levels<'a> {
     fn level(&mut self, j: usize, walk: Walk, models: &mut SegmentModels) {
         let history = &self.simplified.history;
         let mut answers = LevelAnswers::new(&self.mesh.table, history, j, self.finest);
-        let precision = precision(self.options, j as u32);
+        let precision = self.schedule.precision(j as u32);
         let mut pass = LevelPass::new(&self.mesh, walk, precision, self.options.position_bits);
         let mut left = history.level(j).len();
         while left > 0 {
@@ -176,11 +180,4 @@ impl<'a> Levels<'a> {
         self.connectivity_bits -= pass.position_bits;
         self.position_bits += pass.position_bits;
     }
-}
-
-/// s of level `j`: 0 at level 0, at most what leaves a cell.
-pub fn precision(options: &Options, j: u32) -> u32 {
-    let schedule = &options.precision;
-    let known = schedule.get((j as usize).saturating_sub(1)).or(schedule.last());
-    if j == 0 { 0 } else { known.copied().unwrap_or(0).min(options.position_bits) }
 }

@@ -4,7 +4,7 @@ use super::choices::Choices;
 use super::decoder::{check_indices, from_keyframe};
 use crate::container::parse_contents;
 use crate::decoder;
-use crate::encoder::{self, Encoder, Keyframes};
+use crate::encoder::{self, Encoder, Keyframes, Preview};
 use crate::error::Error;
 use crate::mesh::topology::Weld;
 use crate::mesh::{IndexedMesh, Lattice};
@@ -49,6 +49,15 @@ fn any_mesh(choices: &mut Choices) -> IndexedMesh {
     IndexedMesh::new(positions, triangles)
 }
 
+fn any_preview(choices: &mut Choices) -> Preview {
+    match choices.below(4) {
+        0 => Preview::Off,
+        1 => Preview::Coarse,
+        2 => Preview::Schedule(vec![1]),
+        _ => Preview::Schedule(vec![2, 2, 7]),
+    }
+}
+
 fn any_options(choices: &mut Choices) -> encoder::Options {
     let mut options = encoder::Options {
         position_bits: 8 + choices.below(17) as u32,
@@ -56,7 +65,7 @@ fn any_options(choices: &mut Choices) -> encoder::Options {
         weld: [Weld::Exact, Weld::None][choices.below(2)],
         atom_bytes: 1 + choices.below(40),
         keyframes: [Keyframes::All, Keyframes::None, Keyframes::Every(2)][choices.below(3)].clone(),
-        precision: [vec![], vec![1], vec![2, 2, 7]][choices.below(3)].clone(),
+        preview: any_preview(choices),
         ..encoder::Options::default()
     };
     options.simplify.base_vertices = Some(choices.below(8));

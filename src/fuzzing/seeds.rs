@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::choices::Choices;
 use crate::container::{AtomKind, Contents, FileBuilder, Level, parse_contents};
-use crate::encoder::{Encoder, Keyframes, Options};
+use crate::encoder::{Encoder, Keyframes, Options, Preview};
 use crate::mesh::{IndexedMesh, Lattice, shapes};
 
 /// A file laid open: what a writer would be given.
@@ -182,9 +182,10 @@ fn all() -> &'static [Seed] {
     })
 }
 
-fn encoded(mesh: &IndexedMesh, precision: Vec<u32>) -> Seed {
+fn encoded(mesh: &IndexedMesh, schedule: Vec<u32>) -> Seed {
     let (keyframes, atom_bytes) = (Keyframes::Every(2), 12);
-    let mut options = Options { position_bits: 8, keyframes, atom_bytes, precision, ..Options::default() };
+    let preview = Preview::Schedule(schedule);
+    let mut options = Options { position_bits: 8, keyframes, atom_bytes, preview, ..Options::default() };
     options.simplify.base_vertices = Some(4);
     let file = Encoder::new(options).encode_to_vec(mesh).expect("a small mesh can be encoded");
     Seed::of(&file)

@@ -1,6 +1,8 @@
 //! `unweld encode`, `unweld info`, `unweld demo`.
 
 use super::{Folder, keys, levels};
+use unweld::decoder::decode;
+use unweld::encoder::{Encoder, Options, Profile};
 use unweld::mesh::{IndexedMesh, shapes};
 
 /// Two tetrahedra that share one vertex, one triangle twice, one degenerate, one vertex in no triangle.
@@ -116,6 +118,9 @@ fn every_option_of_encode_does_something() {
     for option in [
         "--position-bits 10",
         "--base-vertices 90",
+        "--profile small",
+        "--profile fine",
+        "--preview coarse",
         "--keyframes all",
         "--keyframes 1,2",
         "--method ffc",
@@ -138,6 +143,42 @@ fn every_option_of_encode_does_something() {
     }
     folder.run("encode m.ply -o weld.uwm --weld none --max-memory 1G").succeeded();
     assert_eq!(folder.info("weld.uwm")["input"]["conditioning"]["welded_vertices"], 0);
+}
+
+/// The command's profiles are the library's: nothing that one of them settles is overruled by an argument not given.
+#[test]
+fn profiles_are_those_of_the_library() {
+    let folder = Folder::with_sphere();
+    let mesh = folder.read("sphere.ply");
+    for (name, profile) in [("default", Profile::Default), ("small", Profile::Small), ("fine", Profile::Fine)]
+    {
+        folder.run(&format!("encode sphere.ply -o {name}.uwm --profile {name} -q")).succeeded();
+        let by_command = decode(&folder.bytes(&format!("{name}.uwm")), Default::default()).unwrap();
+        let file = Encoder::new(Options::profile(profile)).encode_to_vec(&mesh).unwrap();
+        let by_library = decode(&file, Default::default()).unwrap();
+        assert_eq!(by_command.contents().unwrap().levels, by_library.contents().unwrap().levels);
+    }
+}
+
+#[test]
+fn a_coarse_preview_shows_more_in_the_first_bytes() {
+    let folder = Folder::new();
+    folder.mesh("m.ply", &shapes::bumpy_sphere(4, 3));
+    for preview in ["off", "coarse"] {
+        let command = format!("encode m.ply -o {preview}.uwm --base-vertices 50 --preview {preview} -q");
+        folder.run(&command).succeeded();
+        folder.run(&format!("verify {preview}.uwm m.ply -q")).succeeded();
+    }
+    let [off, coarse] = ["off.uwm", "coarse.uwm"].map(|name| folder.info(name));
+    let precision = |info: &serde_json::Value| -> Vec<u64> {
+        levels(info).iter().map(|level| level["precision"].as_u64().unwrap()).collect()
+    };
+    assert!(precision(&off).iter().all(|&s| s == 0));
+    // From the base down to level 0.
+    let shifts = precision(&coarse);
+    assert!(shifts[0] > 0 && shifts.is_sorted_by(|a, b| a >= b) && shifts.last() == Some(&0), "{shifts:?}");
+    let bytes = |info: &serde_json::Value| levels(info)[0]["cumulative_bytes"].as_u64().unwrap();
+    assert!(bytes(&coarse) < bytes(&off), "{} and {}", bytes(&coarse), bytes(&off));
 }
 
 #[test]

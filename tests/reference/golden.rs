@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use unweld::encoder::{Encoder, Keyframes, Options};
+use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::simplify::Method;
 
@@ -36,7 +36,7 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
     torus.positions.extend([[9.0, 9.0, 9.0], [0.0, 8.0, 0.0], [1.0, 8.0, 0.5]]);
     // A bow-tie: a triangle that shares one vertex.
     torus.triangles.push([30, 57, 58]);
-    let mut sphere = Options { precision: vec![1, 2, 5], ..small(12, 6, 2) };
+    let mut sphere = Options { preview: Preview::Schedule(vec![1, 2, 5]), ..small(12, 6, 2) };
     sphere.simplify.method = Method::Ffc;
     vec![
         ("tetrahedron.uwm", snapped(shapes::tetrahedron()), Options::default()),

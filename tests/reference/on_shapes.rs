@@ -1,7 +1,7 @@
 //! Both decoders on what the encoder makes of meshes.
 
 use proptest::prelude::*;
-use unweld::encoder::{Encoder, Keyframes, Options};
+use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, Lattice, shapes};
 use unweld::simplify::Method;
@@ -32,9 +32,8 @@ fn shapes_in_every_way() {
     for mesh in every_shape() {
         for method in [Method::Stellar, Method::Ffc] {
             for keyframes in [Keyframes::None, Keyframes::Every(3), Keyframes::All] {
-                for precision in [vec![], vec![1, 2, 5]] {
-                    let mut options =
-                        Options { keyframes: keyframes.clone(), precision, ..Options::default() };
+                for preview in [Preview::Off, Preview::Schedule(vec![1, 2, 5])] {
+                    let mut options = Options { keyframes: keyframes.clone(), preview, ..Options::default() };
                     options.simplify.method = method;
                     options.simplify.seed = seed;
                     options.simplify.base_vertices = Some([1, 10][seed as usize % 2]);
@@ -153,7 +152,10 @@ fn what_no_manifold_holds() {
     ];
     for mesh in &cases {
         comes_back(mesh, &with_keyframes());
-        comes_back(mesh, &Options { precision: vec![1, 2, 5], position_bits: 9, ..with_keyframes() });
+        comes_back(
+            mesh,
+            &Options { preview: Preview::Schedule(vec![1, 2, 5]), position_bits: 9, ..with_keyframes() },
+        );
     }
 }
 
@@ -174,7 +176,7 @@ proptest! {
         let mut options = with_keyframes();
         options.simplify.base_vertices = Some(base);
         options.simplify.seed = seed;
-        options.precision = if precision { vec![1, 2, 5] } else { vec![] };
+        options.preview = if precision { Preview::Schedule(vec![1, 2, 5]) } else { Preview::Off };
         comes_back(&mesh, &options);
     }
 }

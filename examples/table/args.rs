@@ -1,0 +1,95 @@
+//! The arguments of the benchmark.
+
+use super::cases::{Case, default_file};
+use clap::{Parser, ValueEnum};
+use std::path::{Path, PathBuf};
+
+/// unweld beside Draco, meshoptimizer and published figures, as tables.
+///
+/// Without MESHES the default meshes are looked for in $UNWELD_DATA, or else in ../shared/data beside the project.
+#[derive(Parser)]
+#[command(
+    name = "table",
+    bin_name = "cargo run --release --features peers --example table --",
+    after_help = EXAMPLES
+)]
+pub struct Args {
+    /// Meshes to measure instead of the default ones (PLY or OBJ, also gzip-compressed)
+    #[arg(value_name = "MESHES")]
+    meshes: Vec<PathBuf>,
+    /// Bits a coordinate; 12 where not given, 14 for the dragon and the generated meshes
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=24))]
+    pub bits: Option<u32>,
+    /// Runs of which times are the median
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..))]
+    pub runs: u64,
+    /// What to measure; all where not given, with MESHES only what is about meshes of one's own
+    #[arg(long, value_name = "LIST", value_delimiter = ',')]
+    sections: Vec<Section>,
+    /// Sizes of the generated meshes of the section `linear`, in million triangles
+    #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1.0, 2.0, 4.0, 8.0])]
+    pub linear: Vec<f64>,
+    /// Where to write the tables as Markdown; BENCHMARKS.md where everything is measured, else nowhere
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Where to write the tables as JSON
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+}
+
+/// A part of the benchmark.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Section {
+    /// Sizes, errors, times and memory
+    Main,
+    /// The same for the dragon
+    Dragon,
+    /// Sizes beside progressive coders
+    Progressive,
+    /// Bits of keyframes
+    Keyframes,
+    /// Time and memory of growing meshes
+    Linear,
+    /// Errors of prefixes
+    Prefixes,
+    /// The comparison of the paper: ffc and stellar
+    Paper,
+    /// The profiles beside the default
+    Profiles,
+}
+
+impl Args {
+    /// The sections to measure, in their order.
+    pub fn sections(&self) -> Vec<Section> {
+        let chosen = |section: &Section| match self.sections.as_slice() {
+            [] if self.meshes.is_empty() => true,
+            [] => !matches!(section, Section::Dragon | Section::Progressive | Section::Linear),
+            sections => sections.contains(section),
+        };
+        Section::value_variants().iter().copied().filter(chosen).collect()
+    }
+
+    /// Where Markdown goes. A run of parts does not overwrite the whole one unasked.
+    pub fn out(&self) -> Option<&Path> {
+        let all = self.meshes.is_empty() && self.sections.is_empty();
+        self.out.as_deref().or(all.then_some(Path::new("BENCHMARKS.md")))
+    }
+
+    /// The meshes named, or else these of the default set.
+    ///
+    /// # Errors
+    /// Those of reading.
+    pub fn cases(&self, names: &[&str], bits: u32) -> anyhow::Result<Vec<Case>> {
+        let bits = self.bits.unwrap_or(bits);
+        if self.meshes.is_empty() {
+            return names.iter().map(|name| Case::read(&default_file(name)?, bits)).collect();
+        }
+        self.meshes.iter().map(|path| Case::read(path, bits)).collect()
+    }
+}
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  table                                          everything, written to BENCHMARKS.md
+  table --sections main --runs 1                 the main table, quickly
+  table --bits 14 --json here.json a.ply b.obj   meshes of one's own";

@@ -1,9 +1,8 @@
 //! Which triangle covers each removed vertex: the level's error is tracked while simplifying.
 
-use super::frame::Frame;
+use super::removal::{Places, vertices};
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Triangle, Vertex};
-use glam::DVec3;
 
 /// The removed vertices, in a list for each triangle of the mesh as it stands.
 #[derive(Debug)]
@@ -27,16 +26,17 @@ const NONE: u32 = u32::MAX;
 
 impl Covering {
     /// Nothing is removed yet.
-    pub fn new(table: &CornerTable, positions: &[DVec3]) -> Self {
-        let mut weights = vec![0.0; positions.len()];
+    pub fn new(table: &CornerTable, places: &Places) -> Self {
+        let count = places.positions.len();
+        let mut weights = vec![0.0; count];
         for t in table.triangles() {
-            let [a, b, c] = table.triangle(t).map(|v| positions[v.index()]);
+            let [a, b, c] = table.triangle(t).map(|v| places.at(v));
             let third = ((b - a).cross(c - a).length() / 6.0) as f32;
             for v in table.triangle(t) {
                 weights[v.index()] += third;
             }
         }
-        Self { first: vec![NONE; table.slots()], next: vec![NONE; positions.len()], weights }
+        Self { first: vec![NONE; table.slots()], next: vec![NONE; count], weights }
     }
 
     /// Takes the vertices off a triangle that is about to be rewritten.
@@ -49,17 +49,11 @@ impl Covering {
     }
 
     /// Puts each vertex on the nearest of some triangles.
-    pub fn put(
-        &mut self,
-        table: &CornerTable,
-        positions: &[DVec3],
-        vertices: &[Vertex],
-        triangles: &[Triangle],
-    ) {
+    pub fn put(&mut self, table: &CornerTable, places: &Places, vertices: &[Vertex], triangles: &[Triangle]) {
         for &v in vertices {
-            let p = positions[v.index()];
+            let p = places.at(v);
             let distance = |t: &Triangle| {
-                let [a, b, c] = table.triangle(*t).map(|v| positions[v.index()]);
+                let [a, b, c] = table.triangle(*t).map(|v| places.at(v));
                 point_triangle_distance_squared(p, a, b, c)
             };
             let nearest = match triangles {
@@ -76,8 +70,9 @@ impl Covering {
     }
 
     /// Distance of the input from the level as it stands, its vertices moved to the lattice, in the input's units.
-    pub fn error(&self, table: &CornerTable, positions: &[DVec3], frame: &Frame) -> LevelError {
-        let on_lattice = |v: Vertex| frame.on_lattice(positions[v.index()]);
+    pub fn error(&self, table: &CornerTable, places: &Places) -> LevelError {
+        let frame = &places.frame;
+        let on_lattice = |v: Vertex| frame.on_lattice(places.at(v));
         let (mut max, mut sum, mut total) = (0.0f64, 0.0, 0.0);
         let mut add = |v: Vertex, squared: f64| {
             let weight = f64::from(self.weights[v.index()]);
@@ -86,8 +81,8 @@ impl Covering {
             total += weight;
         };
         // A vertex of the level has been moved to the lattice, and its triangles with it.
-        for v in (0..positions.len() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some()) {
-            let p = positions[v.index()];
+        for v in vertices(table) {
+            let p = places.at(v);
             let distance = |t: Triangle| {
                 let [a, b, c] = table.triangle(t).map(on_lattice);
                 point_triangle_distance_squared(p, a, b, c)
@@ -101,7 +96,7 @@ impl Covering {
             }
             let [a, b, c] = table.triangle(t).map(on_lattice);
             while at != NONE {
-                add(Vertex(at), point_triangle_distance_squared(positions[at as usize], a, b, c));
+                add(Vertex(at), point_triangle_distance_squared(places.at(Vertex(at)), a, b, c));
                 at = self.next[at as usize];
             }
         }

@@ -2,24 +2,30 @@
 //!
 //! Two ways to choose the next vertex: `ffc`, Four-Face Clusters with a priority queue (Velho 2001), and `stellar`, the best of
 //! d random vertices (Vieira, Velho, Lopes, Tavares, Lewiner 2003, after Wu and Kobbelt 2002). Everything else they share. Both work on
-//! positions in full precision: on the lattice small triangles degenerate.
+//! positions in full precision: on the lattice small triangles degenerate. Where the sampling is regular, levels follow its rows, so
+//! that what is left is regular again.
 
 mod covering;
 mod frame;
+mod level;
+mod parity;
 mod polygon;
 mod quadric;
 mod removal;
+mod seconds;
+mod star;
 
 pub use covering::LevelError;
+pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
 use crate::mesh::random::SplitMix64;
-use crate::mesh::{CornerTable, Lattice, Vertex};
+use crate::mesh::{CornerTable, Lattice};
 use crate::refine::History;
 use bitvec::vec::BitVec;
-use removal::Remover;
-use std::cmp::Reverse;
-use std::collections::BinaryHeap;
+use parity::Classes;
+use removal::{Pattern, Places, Remover};
+use seconds::timed;
 
 /// How the next vertex is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -44,8 +50,14 @@ pub struct Options {
     pub choices: u32,
     /// Vertices to stop at; the larger of 1 % and 500 where not given.
     pub base_vertices: Option<usize>,
-    /// Largest share of a level's vertices that the level may remove, above 0 and at most 1.
+    /// Largest share of a level's vertices that the level may remove, above 0 and at most 1. No level removes more than half of the
+    /// triangles.
     pub level_share: f64,
+    /// Vertices are candidates of a level from the cheapest on, until the roots of their costs add up to this share of those of all:
+    /// the larger, the fewer levels and the smaller the file; the smaller, the nearer each level to the input. 1 and more for all.
+    pub level_budget: f64,
+    /// Whether levels follow the rows of a regular sampling, where there is one.
+    pub parity: bool,
     /// Seed of the random choices.
     pub seed: u64,
 }
@@ -58,9 +70,23 @@ impl Default for Options {
             beta: 0.25,
             choices: 8,
             base_vertices: None,
-            level_share: 0.2,
+            level_share: 1.0,
+            level_budget: 0.5,
+            parity: true,
             seed: 0,
         }
+    }
+}
+
+impl Options {
+    /// Settings that lean to small files: levels as large as they may be.
+    pub fn small() -> Self {
+        Self { level_budget: 0.85, ..Self::default() }
+    }
+
+    /// Settings that lean to good levels: small ones, wherever the surface is flat.
+    pub fn fine() -> Self {
+        Self { level_budget: 0.35, parity: false, ..Self::default() }
     }
 }
 
@@ -73,6 +99,8 @@ pub struct Simplified {
     pub history: History,
     /// For each level, finest first, the base last, its distance from the input.
     pub errors: Vec<LevelError>,
+    /// Where the time went.
+    pub seconds: Seconds,
 }
 
 /// Simplifies down to the base.
@@ -90,34 +118,45 @@ pub fn simplify(
     options: &Options,
     progress: &mut dyn FnMut(u64, u64) -> bool,
 ) -> Result<Simplified> {
-    let frame = frame::Frame::new(lattice);
-    let positions: Vec<_> = positions.iter().map(|&p| frame.inside(p)).collect();
-    let mut remover = Remover::new(table, positions, locked, options);
+    let begin = std::time::Instant::now();
+    let places = Places { positions, frame: frame::Frame::new(lattice) };
+    let mut remover = Remover::new(table, places, locked, options);
     let start = remover.vertices;
     let target = options.base_vertices.unwrap_or_else(|| default_base_vertices(start));
-    let mut errors = vec![remover.covering.error(&remover.table, &remover.positions, &frame)];
     let mut random = SplitMix64::new(options.seed);
     let mut report = |vertices: usize| {
         let done = (start - vertices) as u64;
         if progress(done, start.saturating_sub(target) as u64) { Ok(()) } else { Err(Error::Cancelled) }
     };
+    let mut errors = Vec::new();
+    let mut measure = |remover: &mut Remover| {
+        let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
+        errors.push(error);
+        remover.watch.seconds.measure += seconds;
+    };
+    measure(&mut remover);
+    let mut rows = Rows { next: if options.parity { 0 } else { ROWS } };
+    let mut budget = options.level_budget;
     while remover.vertices > target {
         let share = (remover.vertices as f64 * options.level_share) as usize;
         let quota = share.max(1).min(remover.vertices - target);
-        remover.begin_level();
-        match options.method {
-            Method::Stellar => {
-                level_by_choice(&mut remover, quota, options.choices, &mut random, &mut report)?
-            }
-            Method::Ffc => level_by_queue(&mut remover, quota, &mut report)?,
-        }
-        if !remover.history.end_level() {
+        let (pattern, class) = rows.next_level(&mut remover);
+        let free = remover.begin_level(pattern);
+        level::remove_level(&mut remover, free, class, quota, budget, options, &mut random, &mut report)?;
+        if remover.history.end_level() {
+            budget = options.level_budget;
+            measure(&mut remover);
+        } else if budget < 1.0 || class.is_some() {
+            // None of the cheap ones could be removed, but another may.
+            budget = 1.0;
+            rows.next = ROWS;
+        } else {
             break;
         }
-        errors.push(remover.covering.error(&remover.table, &remover.positions, &frame));
     }
     report(remover.vertices)?;
-    Ok(Simplified { base: remover.table, history: remover.history, errors })
+    let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
+    Ok(Simplified { base: remover.table, history: remover.history, errors, seconds })
 }
 
 /// Vertices to stop at for a mesh of so many vertices, where [`Options::base_vertices`] is not given.
@@ -125,103 +164,103 @@ pub fn default_base_vertices(vertices: usize) -> usize {
     (vertices / 100).max(500)
 }
 
-/// Removals between two calls of the progress callback.
-const REPORT_EVERY: usize = 1024;
+/// Levels by parity: of four classes, three go, one level after the other; then what is left has classes again, as long as they fit.
+struct Rows {
+    /// The class that goes next; [`ROWS`] once classes fit no more.
+    next: u8,
+}
 
-/// One level of Fast Stellar: the cheapest of `choices` random valid vertices, over and over.
-fn level_by_choice(
-    remover: &mut Remover,
-    quota: usize,
-    choices: u32,
-    random: &mut SplitMix64,
-    report: &mut dyn FnMut(usize) -> Result<()>,
-) -> Result<()> {
-    let mut valid: Vec<Vertex> =
-        (0..remover.positions.len() as u32).map(Vertex).filter(|&v| remover.is_free(v)).collect();
-    let mut removed = 0;
-    while removed < quota {
-        let mut best: Option<(f64, Vertex)> = None;
-        let mut drawn = 0;
-        while drawn < choices && !valid.is_empty() {
-            let place = random.below(valid.len() as u32) as usize;
-            let v = valid[place];
-            let cost = if remover.is_free(v) { remover.cost(v) } else { f64::INFINITY };
-            if cost.is_infinite() {
-                valid.swap_remove(place);
-                continue;
-            }
-            drawn += 1;
-            if best.is_none_or(|(least, _)| cost < least) {
-                best = Some((cost, v));
-            }
+impl Rows {
+    fn next_level(&mut self, remover: &mut Remover) -> (Option<Pattern>, Option<u8>) {
+        if self.next == ROWS {
+            return (None, None);
         }
-        let Some((_, v)) = best else { return Ok(()) };
-        // The cost may be an old one: an edge made since can stand in the way.
-        let done = match remover.plan(v) {
-            Some(plan) => remover.remove(v, &plan),
-            None => false,
+        let classes = if self.next == 0 {
+            let (classes, seconds) = timed(|| Classes::new(&remover.table, |v| remover.places.at(v)));
+            remover.watch.seconds.classes += seconds;
+            if classes.fit < FIT {
+                self.next = ROWS;
+                return (None, None);
+            }
+            classes
+        } else {
+            remover.pattern.take().expect("the levels of a pattern follow each other").classes
         };
-        if !done {
-            remover.reject(v);
-            continue;
-        }
-        removed += 1;
-        if removed % REPORT_EVERY == 0 {
-            report(remover.vertices)?;
-        }
+        let class = self.next;
+        self.next = (class + 1) % 3;
+        // The soonest class has the highest rank; what has gone or has no class ranks as what goes next but one.
+        let rank = |c: u8| if c < class { 0 } else { 3 - c };
+        let ranks = [rank(0), rank(1), rank(2), 0, 1];
+        (Some(Pattern { classes, ranks }), Some(class))
     }
-    Ok(())
 }
 
-/// One level of Four-Face Clusters: the cheapest valid vertex, over and over.
-fn level_by_queue(
-    remover: &mut Remover,
-    quota: usize,
-    report: &mut dyn FnMut(usize) -> Result<()>,
-) -> Result<()> {
-    let mut queue = BinaryHeap::new();
-    for v in (0..remover.positions.len() as u32).map(Vertex) {
-        if remover.is_free(v) {
-            let cost = remover.cost(v);
-            if cost.is_finite() {
-                queue.push((Reverse(Ordered(cost)), Reverse(v)));
+/// Classes that go, and the mark that none does.
+const ROWS: u8 = 3;
+
+/// Share of edges that classes must fit for levels to follow them: half of them fit by chance.
+const FIT: f64 = 0.65;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use bitvec::bitvec;
+
+    fn simplified(mesh: &crate::mesh::IndexedMesh, options: &Options) -> (CornerTable, Simplified) {
+        let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
+        let (min, max) = crate::mesh::lattice::bounds(mesh.positions.iter().copied()).unwrap();
+        let lattice = Lattice::over(min, max, 14);
+        let locked = bitvec![0; mesh.positions.len()];
+        let done = simplify(table.clone(), &mesh.positions, locked, &lattice, options, &mut |_, _| true);
+        (table, done.unwrap())
+    }
+
+    #[test]
+    fn no_level_more_than_doubles_the_triangles() {
+        for mesh in [shapes::torus(24, 36), shapes::annulus(300), shapes::bumpy_sphere(4, 3)] {
+            for options in [Options::default(), Options::small(), Options::fine()] {
+                for method in [Method::Stellar, Method::Ffc] {
+                    let options = Options { method, base_vertices: Some(20), ..options };
+                    let (mut table, done) = simplified(&mesh, &options);
+                    for j in 0..done.history.level_count() {
+                        let before = table.triangle_count();
+                        done.history.undo_level(&mut table, j).unwrap();
+                        assert!(
+                            2 * table.triangle_count() >= before,
+                            "{before} to {}",
+                            table.triangle_count()
+                        );
+                    }
+                    assert_eq!(table, done.base);
+                    assert_eq!(done.errors.len(), done.history.level_count() + 1);
+                }
             }
         }
     }
-    let mut removed = 0;
-    while removed < quota {
-        let Some((Reverse(Ordered(queued)), Reverse(v))) = queue.pop() else { return Ok(()) };
-        if !remover.is_free(v) {
-            continue;
+
+    /// Three levels by parity take a torus of 72 × 24 to one of 36 × 12.
+    #[test]
+    fn rows_leave_a_regular_mesh() {
+        let options = Options { base_vertices: Some(36 * 12), level_budget: 1.0, ..Options::default() };
+        let (mut table, done) = simplified(&shapes::torus(72, 24), &options);
+        let sizes = [0, 1, 2].map(|j| done.history.level(j).len());
+        assert!(sizes[..2] == [432, 432] && sizes[2] > 350, "{sizes:?}");
+        for j in 0..2 {
+            done.history.undo_level(&mut table, j).unwrap();
         }
-        // Removals near by may have raised the cost; then it waits for its turn.
-        let Some(plan) = remover.plan(v) else { continue };
-        if plan.cost > queued * (1.0 + 1e-6) {
-            queue.push((Reverse(Ordered(plan.cost)), Reverse(v)));
-        } else if remover.remove(v, &plan) {
-            removed += 1;
-            if removed % REPORT_EVERY == 0 {
-                report(remover.vertices)?;
-            }
-        }
+        // Then every other vertex has valence 4 and goes without a flip.
+        let fours = removal::vertices(&table).filter(|&v| table.valence(v) == 4).count();
+        assert!(fours > 320, "{fours} of 432");
     }
-    Ok(())
-}
 
-/// A cost with a total order.
-#[derive(Clone, Copy, PartialEq)]
-struct Ordered(f64);
-
-impl Eq for Ordered {}
-
-impl PartialOrd for Ordered {
-    fn partial_cmp(&self, other: &Self) -> Option<std::cmp::Ordering> {
-        Some(self.cmp(other))
-    }
-}
-
-impl Ord for Ordered {
-    fn cmp(&self, other: &Self) -> std::cmp::Ordering {
-        self.0.total_cmp(&other.0)
+    #[test]
+    fn times_are_told_apart() {
+        let (_, done) = simplified(
+            &shapes::bumpy_sphere(4, 1),
+            &Options { base_vertices: Some(50), ..Options::default() },
+        );
+        assert!(done.seconds.cost > 0.0 && done.seconds.assign > 0.0);
+        assert!(done.seconds.parts().iter().all(|(_, seconds)| *seconds >= 0.0));
     }
 }

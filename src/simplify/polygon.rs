@@ -9,68 +9,88 @@ use crate::refine::Site;
 /// Most sides of a star polygon.
 pub const MAX_SIDES: usize = 16;
 
+/// The cheapest triangulations of a polygon and of its parts.
+#[derive(Clone, Debug)]
+pub struct Programme {
+    sides: usize,
+    apex: [[u8; MAX_SIDES]; MAX_SIDES],
+    /// What the triangles and the edges made cost in all; infinite where there is no triangulation.
+    pub cost: f64,
+}
+
+impl Programme {
+    /// Solves the polygon of 3 to [`MAX_SIDES`] sides.
+    ///
+    /// `edge(i, j)`, i < j, is what making an edge costs, infinite where it must not be made. It is asked for the diagonals, and for
+    /// the closing side 0, n-1 only where `open`. `triangle` is the cost of the triangle i < k < j.
+    pub fn solve(
+        sides: usize,
+        open: bool,
+        edge: impl Fn(usize, usize) -> f64,
+        triangle: impl Fn(usize, usize, usize) -> f64,
+    ) -> Self {
+        debug_assert!((3..=MAX_SIDES).contains(&sides));
+        let mut best = [[0.0; MAX_SIDES]; MAX_SIDES];
+        let mut apex = [[0u8; MAX_SIDES]; MAX_SIDES];
+        for span in 2..sides {
+            for i in 0..sides - span {
+                let j = i + span;
+                let closing = span == sides - 1;
+                let own = if !closing || open { edge(i, j) } else { 0.0 };
+                let mut least = f64::INFINITY;
+                if own.is_finite() {
+                    for k in i + 1..j {
+                        let parts = best[i][k] + best[k][j] + own;
+                        if parts < least {
+                            let total = parts + triangle(i, k, j);
+                            if total < least {
+                                least = total;
+                                apex[i][j] = k as u8;
+                            }
+                        }
+                    }
+                }
+                best[i][j] = least;
+            }
+        }
+        Self { sides, apex, cost: best[0][sides - 1] }
+    }
+
+    /// The triangles of the cheapest triangulation, i < k < j; meaningless where the cost is infinite.
+    pub fn triangles(&self) -> impl Iterator<Item = [usize; 3]> + '_ {
+        let mut open = [(0, 0); MAX_SIDES];
+        open[0] = (0, self.sides - 1);
+        let mut count = 1;
+        std::iter::from_fn(move || {
+            count = usize::checked_sub(count, 1)?;
+            let (i, j) = open[count];
+            let k = self.apex[i][j] as usize;
+            for (i, j) in [(i, k), (k, j)] {
+                if j - i >= 2 {
+                    open[count] = (i, j);
+                    count += 1;
+                }
+            }
+            Some([i, k, j])
+        })
+    }
+
+    /// The cheapest triangulation, or `None` where there is none.
+    pub fn triangulation(&self) -> Option<Triangulation> {
+        let exists = self.cost.is_finite();
+        exists.then(|| Triangulation { sides: self.sides, triangles: self.triangles().collect() })
+    }
+}
+
 /// A triangulation of a polygon of `sides` vertices, numbered counter-clockwise.
 #[derive(Clone, Debug)]
 pub struct Triangulation {
     sides: usize,
-    /// What the triangles cost in all.
-    pub cost: f64,
     /// Index triples i < k < j, counter-clockwise.
     pub triangles: Vec<[usize; 3]>,
 }
 
 impl Triangulation {
-    /// The cheapest triangulation with admissible diagonals, or `None` where there is none.
-    ///
-    /// `admissible(i, j)`, i < j, is asked for edges that are not sides i, i+1; for the closing side 0, n-1 only where `open`.
-    /// `cost` is that of the triangle i < k < j.
-    pub fn best(
-        sides: usize,
-        open: bool,
-        admissible: impl Fn(usize, usize) -> bool,
-        cost: impl Fn(usize, usize, usize) -> f64,
-    ) -> Option<Self> {
-        debug_assert!((3..=MAX_SIDES).contains(&sides));
-        let mut best = [[f64::INFINITY; MAX_SIDES]; MAX_SIDES];
-        let mut apex = [[0u8; MAX_SIDES]; MAX_SIDES];
-        for (i, row) in best.iter_mut().enumerate().take(sides - 1) {
-            row[i + 1] = 0.0;
-        }
-        for span in 2..sides {
-            for i in 0..sides - span {
-                let j = i + span;
-                let closing = span == sides - 1;
-                if (!closing || open) && !admissible(i, j) {
-                    continue;
-                }
-                for k in i + 1..j {
-                    let parts = best[i][k] + best[k][j];
-                    if parts < best[i][j] {
-                        let total = parts + cost(i, k, j);
-                        if total < best[i][j] {
-                            best[i][j] = total;
-                            apex[i][j] = k as u8;
-                        }
-                    }
-                }
-            }
-        }
-        let total = best[0][sides - 1];
-        if total.is_infinite() {
-            return None;
-        }
-        let mut triangles = Vec::with_capacity(sides - 2);
-        let mut open_spans = vec![(0, sides - 1)];
-        while let Some((i, j)) = open_spans.pop() {
-            if j - i >= 2 {
-                let k = apex[i][j] as usize;
-                triangles.push([i, k, j]);
-                open_spans.extend([(i, k), (k, j)]);
-            }
-        }
-        Some(Self { sides, cost: total, triangles })
-    }
-
     /// The diagonals i < j.
     pub fn diagonals(&self) -> impl Iterator<Item = (usize, usize)> + '_ {
         let edges = self.triangles.iter().flat_map(|&[i, k, j]| [(i, k), (k, j)]);
@@ -111,23 +131,29 @@ impl Triangulation {
 mod tests {
     use super::*;
 
+    const FREE: fn(usize, usize) -> f64 = |_, _| 0.0;
+    const NEVER: fn(usize, usize) -> f64 = |_, _| f64::INFINITY;
+
     #[test]
     fn the_cheapest_triangulation_of_a_hexagon() {
         // A triangle costs 1, but 0 where it contains vertex 2: the fan round 2 wins.
         let cost = |i, k, j| if [i, k, j].contains(&2) { 0.0 } else { 1.0 };
-        let t = Triangulation::best(6, false, |_, _| true, cost).unwrap();
-        assert_eq!(t.cost, 0.0);
+        let programme = Programme::solve(6, false, FREE, cost);
+        assert_eq!(programme.cost, 0.0);
+        let t = programme.triangulation().unwrap();
         assert_eq!(t.triangles.len(), 4);
         assert!(t.triangles.iter().all(|t| t.contains(&2)));
         // Without the diagonals of vertex 2 a triangulation is left, without any diagonal none.
-        let t = Triangulation::best(6, false, |i, j| i != 2 && j != 2, cost).unwrap();
+        let never_at_2 = |i, j| if i == 2 || j == 2 { f64::INFINITY } else { 0.0 };
+        let t = Programme::solve(6, false, never_at_2, cost).triangulation().unwrap();
         assert!(t.diagonals().all(|(i, j)| i != 2 && j != 2));
-        assert!(Triangulation::best(6, false, |_, _| false, cost).is_none());
+        assert!(Programme::solve(6, false, NEVER, cost).triangulation().is_none());
     }
 
     #[test]
     fn an_open_polygon_asks_for_its_closing_side() {
-        assert!(Triangulation::best(3, true, |_, _| false, |_, _, _| 1.0).is_none());
-        assert!(Triangulation::best(3, false, |_, _| false, |_, _, _| 1.0).is_some());
+        assert!(Programme::solve(3, true, NEVER, |_, _, _| 1.0).triangulation().is_none());
+        assert!(Programme::solve(3, false, NEVER, |_, _, _| 1.0).triangulation().is_some());
+        assert_eq!(Programme::solve(3, true, |_, _| 0.5, |_, _, _| 1.0).cost, 1.5);
     }
 }

@@ -2,19 +2,22 @@
 
 use super::Options;
 use super::covering::Covering;
-use super::polygon::{MAX_SIDES, Triangulation};
+use super::frame::Frame;
+use super::parity::Classes;
+use super::polygon::{MAX_SIDES, Programme};
 use super::quadric::Quadric;
+use super::seconds::Stopwatch;
+use super::star::Star;
 use crate::mesh::{CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
 use glam::DVec3;
+use std::cmp::Ordering::Equal;
 
 /// How a vertex would be removed.
 #[derive(Clone, Debug)]
-pub struct Removal {
-    /// E(v) = alpha C(v) + beta S(v).
-    pub cost: f64,
+struct Removal {
     site: Site,
     flips: Vec<Vertex>,
     /// The link vertex that takes over the quadric.
@@ -23,17 +26,21 @@ pub struct Removal {
 
 /// A mesh that loses its vertices.
 #[derive(Debug)]
-pub struct Remover {
+pub struct Remover<'a> {
     /// The mesh as it stands.
     pub table: CornerTable,
-    /// Input positions.
-    pub positions: Vec<DVec3>,
+    /// Input positions, and the cube they are seen in.
+    pub places: Places<'a>,
     /// The history so far.
     pub history: History,
     /// Removed vertices and where they lie.
     pub covering: Covering,
     /// Vertices left.
     pub vertices: usize,
+    /// Where the time goes.
+    pub watch: Stopwatch,
+    /// In a level by parity, the classes and the ranks they have.
+    pub pattern: Option<Pattern>,
     locked: BitVec,
     /// Vertices on the link of a vertex removed in this level.
     blocked: BitVec,
@@ -45,205 +52,284 @@ pub struct Remover {
     beta: f64,
 }
 
-impl Remover {
+/// The classes of the vertices, and how soon each class goes: edges between vertices that go soon are dear.
+#[derive(Debug)]
+pub struct Pattern {
+    /// The classes.
+    pub classes: Classes,
+    /// By class, 0 for those that stay; the last entry is that of vertices without a class.
+    pub ranks: [u8; 5],
+}
+
+/// Input positions, seen in the unit cube.
+#[derive(Clone, Copy, Debug)]
+pub struct Places<'a> {
+    /// In the input's units.
+    pub positions: &'a [[f64; 3]],
+    /// The cube.
+    pub frame: Frame,
+}
+
+impl Places<'_> {
+    /// Where a vertex lies, in the unit cube.
+    #[inline]
+    pub fn at(&self, v: Vertex) -> DVec3 {
+        self.frame.inside(self.positions[v.index()])
+    }
+}
+
+impl<'a> Remover<'a> {
     /// Assigns quadrics and the scale that both costs are measured in.
-    pub fn new(table: CornerTable, positions: Vec<DVec3>, locked: BitVec, options: &Options) -> Self {
-        let mut quadrics = vec![Quadric::default(); positions.len()];
-        let (mut length, mut edges) = (0.0, 0usize);
-        for t in table.triangles() {
-            let [a, b, c] = table.triangle(t).map(|v| positions[v.index()]);
-            let quadric = Quadric::of_triangle(a, b, c);
-            for v in table.triangle(t) {
-                quadrics[v.index()] += quadric;
-            }
-            for k in t.corners() {
-                let (x, y) = table.edge(k);
-                let (x, y) = (positions[x.index()], positions[y.index()]);
-                length += x.distance(y);
-                edges += 1;
-                if table.opposite(k).is_none() {
-                    // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6).
-                    let wall = (y - x).cross((b - a).cross(c - a)).normalize_or_zero();
-                    let quadric = Quadric::of_plane(wall, x, x.distance_squared(y));
-                    let (v, w) = table.edge(k);
-                    quadrics[v.index()] += quadric;
-                    quadrics[w.index()] += quadric;
-                }
-            }
-        }
-        let vertices = (0..positions.len() as u32).filter(|&v| table.corner_of(Vertex(v)).is_some()).count();
+    pub fn new(table: CornerTable, places: Places<'a>, locked: BitVec, options: &Options) -> Self {
+        let count = places.positions.len();
+        let mut watch = Stopwatch::default();
+        let (quadrics, mean_edge) = watch.assign(|| assign_quadrics(&table, &places));
         Self {
-            covering: Covering::new(&table, &positions),
-            blocked: BitVec::repeat(false, positions.len()),
-            costs: vec![f32::NAN; positions.len()],
-            mean_edge: if edges > 0 && length > 0.0 { length / edges as f64 } else { 1.0 },
+            vertices: vertices(&table).count(),
+            covering: Covering::new(&table, &places),
             history: History::default(),
+            pattern: None,
+            blocked: BitVec::repeat(false, count),
+            costs: vec![f32::NAN; count],
             alpha: options.alpha,
             beta: options.beta,
             table,
-            positions,
-            vertices,
+            places,
+            watch,
             locked,
             quadrics,
+            mean_edge,
         }
     }
 
-    /// Begins a level: nothing is blocked.
-    pub fn begin_level(&mut self) {
+    /// Begins a level: nothing is blocked. Returns the vertices that may be removed and have a finite E(v).
+    pub fn begin_level(&mut self, pattern: Option<Pattern>) -> Vec<Vertex> {
+        // The pattern is part of what a removal costs.
+        if pattern.is_some() || self.pattern.is_some() {
+            self.costs.fill(f32::NAN);
+        }
+        self.pattern = pattern;
         self.blocked.fill(false);
-    }
-
-    /// Whether the vertex may still be removed in this level, as far as locks and links go.
-    pub fn is_free(&self, v: Vertex) -> bool {
-        !self.blocked[v.index()] && !self.locked[v.index()] && self.table.corner_of(v).is_some()
-    }
-
-    /// E(v), remembered until the star changes; infinite where v cannot be removed.
-    pub fn cost(&mut self, v: Vertex) -> f64 {
-        if self.costs[v.index()].is_nan() {
-            self.costs[v.index()] = self.plan(v).map_or(f32::INFINITY, |plan| plan.cost as f32);
+        let mut costs = std::mem::take(&mut self.costs);
+        let start = std::time::Instant::now();
+        let mut free = Vec::new();
+        for v in vertices(&self.table).filter(|v| !self.locked[v.index()]) {
+            let cost = &mut costs[v.index()];
+            if cost.is_nan() {
+                *cost = self.energy(v) as f32;
+            }
+            if cost.is_finite() {
+                free.push(v);
+            }
         }
-        f64::from(self.costs[v.index()])
+        self.costs = costs;
+        self.watch.seconds.cost += start.elapsed().as_secs_f64();
+        free
     }
 
-    /// Marks a vertex as not removable until its star changes.
-    pub fn reject(&mut self, v: Vertex) {
-        self.costs[v.index()] = f32::INFINITY;
+    /// Whether the vertex may still be removed in this level.
+    #[inline]
+    pub fn is_free(&self, v: Vertex) -> bool {
+        !self.blocked[v.index()] && self.costs[v.index()].is_finite()
+    }
+
+    /// E(v) as of the level's beginning: nothing that is free has changed since.
+    #[inline]
+    pub fn cost(&self, v: Vertex) -> f32 {
+        self.costs[v.index()]
+    }
+
+    /// E(v) = alpha C(v) + beta S(v); infinite where v cannot be removed. Whether the edges to be made exist is not asked.
+    fn energy(&self, v: Vertex) -> f64 {
+        let Some(star) = self.star(v) else { return f64::INFINITY };
+        if star.ring().len() == 2 {
+            return self.alpha * self.distortion(v, &star, star.foot([[0, 0, 1]].into_iter()));
+        }
+        let solved = star.solve(|i, j| self.price(&star, i, j));
+        let foot = star.foot(solved.triangles());
+        self.alpha * self.distortion(v, &star, foot) + self.beta * solved.cost / star.mean_edge
+    }
+
+    /// C(v) over the fourth power of the mean edge length: the quadric at the point of the new star nearest to v, but no less than
+    /// this vertex alone makes, squared distance times area.
+    fn distortion(&self, v: Vertex, star: &Star, foot: DVec3) -> f64 {
+        self.quadrics[v.index()].at(foot).max(foot.length_squared() * star.area) / self.mean_edge.powi(4)
+    }
+
+    fn star(&self, v: Vertex) -> Option<Star> {
+        let table = &self.table;
+        let boundary = table.is_boundary(v);
+        let mut fan = table.fan(v);
+        let mut last = None;
+        let link = std::iter::from_fn(|| match fan.next() {
+            Some(c) => {
+                last = boundary.then_some(c);
+                Some(table.vertex(c.next()))
+            }
+            None => last.take().map(|c| table.vertex(c.prev())),
+        });
+        Star::new(link, boundary, self.places.at(v), |w| self.places.at(w))
+    }
+
+    /// What an edge costs, in mean edges: its middle is to be near the vertex, from where its position is predicted.
+    fn price(&self, star: &Star, i: usize, j: usize) -> f64 {
+        let middle = 0.5 * (star.point(i) + star.point(j)).length() / star.mean_edge;
+        MIDDLE * middle + self.bias(star.ring()[i], star.ring()[j])
+    }
+
+    /// What the pattern adds to the cost of an edge, in mean edges.
+    fn bias(&self, a: Vertex, b: Vertex) -> f64 {
+        self.pattern.as_ref().map_or(0.0, |pattern| {
+            let rank = |v: Vertex| f64::from(pattern.ranks[usize::from(pattern.classes.of[v.index()])]);
+            BIAS * (rank(a) + rank(b))
+        })
     }
 
     /// The cheapest way to remove `v`, or `None` where the one rule (no new edge may exist already) leaves none.
-    pub fn plan(&self, v: Vertex) -> Option<Removal> {
+    fn plan(&self, v: Vertex) -> Option<Removal> {
         let table = &self.table;
-        let ring = table.link(v);
-        if !(2..=MAX_SIDES).contains(&ring.len()) {
-            return None;
-        }
-        let boundary = table.is_boundary(v);
-        let p = self.positions[v.index()];
-        let at = |i: usize| self.positions[ring[i].index()];
-        let (heir, distortion) = self.distortion(v, &ring);
-        let removal = |site, flips, shape: f64| {
-            let cost = self.alpha * distortion + self.beta * shape;
-            Some(Removal { cost, site, flips, heir })
-        };
-        if boundary && ring.len() == 2 {
+        let star = self.star(v)?;
+        let ring = star.ring();
+        let sides = ring.len();
+        if sides == 2 {
             // An ear: (v, a, b) goes, unless its inner edge is a boundary edge.
             let inner = table.opposite(table.corner_of(v));
-            return if inner.is_some() {
-                removal(Site::Attach(ring[1], ring[0]), Vec::new(), 0.0)
-            } else {
-                None
-            };
+            let (site, flips) = (Site::Attach(ring[1], ring[0]), Vec::new());
+            return inner.is_some().then(|| Removal { site, flips, heir: self.heir(v, &star) });
         }
-        if !boundary && ring.len() == 3 && has_triangle(table, [ring[0], ring[1], ring[2]]) {
+        if !star.boundary && sides == 3 && has_triangle(table, [ring[0], ring[1], ring[2]]) {
             return None;
         }
-        let shape = Shape::new(p, ring.iter().map(|w| self.positions[w.index()]), boundary);
-        let best = Triangulation::best(
-            ring.len(),
-            boundary,
-            |i, j| !table.may_have_edge(ring[i], ring[j], FAN),
-            |i, k, j| shape.cost(at(i), at(k), at(j)),
-        )?;
-        let cost = best.cost / shape.mean_edge;
-        if boundary {
-            let (site, flips) = best.operation(&ring, (ring.len() - 1, 0));
-            return removal(site, flips, cost);
-        }
-        let nearest = best.diagonals().min_by(|&x, &y| {
-            let distance = |(i, j): (usize, usize)| ((at(i) + at(j)) * 0.5).distance_squared(p);
-            distance(x).total_cmp(&distance(y))
-        });
-        match nearest {
-            Some(diagonal) => {
-                let (site, flips) = best.operation(&ring, diagonal);
-                removal(site, flips, cost)
+        let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
+        let best = loop {
+            let edge = |i: usize, j: usize| {
+                if exists[i][j] { f64::INFINITY } else { self.price(&star, i, j) }
+            };
+            let best: Programme = star.solve(edge);
+            let best = best.triangulation()?;
+            let closing = star.boundary.then_some((0, sides - 1));
+            let made = best.diagonals().chain(closing);
+            let mut fine = true;
+            for (i, j) in made.filter(|&(i, j)| table.may_have_edge(ring[i], ring[j], FAN)) {
+                exists[i][j] = true;
+                fine = false;
             }
-            None => removal(Site::Face(ring[0], ring[1], ring[2]), Vec::new(), cost),
-        }
+            if fine {
+                break best;
+            }
+        };
+        // The edge to be split: the one the pattern keeps, then the one whose midpoint is nearest.
+        let distance = |&(i, j): &(usize, usize)| {
+            let middle = (star.point(i) + star.point(j)) * 0.5;
+            (self.bias(ring[i], ring[j]), middle.length_squared())
+        };
+        let diagonal = if star.boundary {
+            Some((sides - 1, 0))
+        } else {
+            best.diagonals()
+                .map(|d| (distance(&d), d))
+                .min_by(|x, y| x.0.partial_cmp(&y.0).unwrap_or(Equal))
+                .map(|x| x.1)
+        };
+        let (site, flips) = match diagonal {
+            Some(diagonal) => best.operation(ring, diagonal),
+            None => (Site::Face(ring[0], ring[1], ring[2]), Vec::new()),
+        };
+        Some(Removal { site, flips, heir: self.heir(v, &star) })
     }
 
-    /// C(v) over the fourth power of the mean edge length, and the neighbour where the minimum is.
-    fn distortion(&self, v: Vertex, ring: &[Vertex]) -> (Vertex, f64) {
-        let mut best = (ring[0], f64::INFINITY);
-        for &u in ring {
-            let p = self.positions[u.index()];
-            let value = self.quadrics[v.index()].at(p) + self.quadrics[u.index()].at(p);
-            if value < best.1 {
-                best = (u, value);
-            }
-        }
-        (best.0, best.1 / self.mean_edge.powi(4))
+    /// The link vertex where the quadrics of both add up to least.
+    fn heir(&self, v: Vertex, star: &Star) -> Vertex {
+        let quadric = self.quadrics[v.index()];
+        let value =
+            |i: usize, w: Vertex| quadric.at(star.point(i)) + self.quadrics[w.index()].at(DVec3::ZERO);
+        let values = star.ring().iter().enumerate().map(|(i, &w)| (value(i, w), w));
+        values.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(v, |x| x.1)
     }
 
-    /// Removes `v` as planned, blocks its link, hands its quadric on. Returns whether the plan still held.
-    pub fn remove(&mut self, v: Vertex, plan: &Removal) -> bool {
+    /// Removes `v`, blocks its link, hands its quadric on. Returns whether that was possible; if not, `v` is free no more.
+    pub fn remove(&mut self, v: Vertex) -> bool {
+        self.watch.begin_removal();
+        let plan = self.plan(v);
+        self.watch.planned();
+        let Some(plan) = plan else {
+            self.costs[v.index()] = f32::INFINITY;
+            return false;
+        };
         let link = self.table.link(v);
-        let star: Vec<Triangle> = self.table.fan(v).map(|c| c.triangle()).collect();
+        let mut star: Vec<Triangle> = self.table.fan(v).map(|c| c.triangle()).collect();
         let inner = self.table.opposite(self.table.corner_of(v));
         let operation =
             Operation { vertex: v, site: plan.site, first_flip: 0, flip_count: plan.flips.len() as u32 };
         if operation.undo(&mut self.table, &plan.flips).is_err() {
             debug_assert!(false, "a plan holds until the mesh changes");
+            self.costs[v.index()] = f32::INFINITY;
             return false;
         }
         self.history.push(v, plan.site, plan.flips.iter().copied());
         self.vertices -= 1;
+        for &w in &link {
+            self.blocked.set(w.index(), true);
+            self.costs[w.index()] = f32::NAN;
+        }
+        let between = self.places.at(plan.heir) - self.places.at(v);
+        let quadric = self.quadrics[v.index()].seen_from(between);
+        self.quadrics[plan.heir.index()] += quadric;
+        self.watch.removed();
         let mut covered = vec![v];
         for &t in &star {
             self.covering.take(t, &mut covered);
         }
-        let live = |t: &Triangle| t.index() < self.table.slots() && self.table.is_live(*t);
-        let mut covers: Vec<Triangle> = star.into_iter().filter(live).collect();
-        if covers.is_empty() {
-            covers.push(inner.triangle());
+        star.retain(|t| t.index() < self.table.slots() && self.table.is_live(*t));
+        if star.is_empty() {
+            star.push(inner.triangle());
         }
-        self.covering.put(&self.table, &self.positions, &covered, &covers);
-        let quadric = self.quadrics[v.index()];
-        self.quadrics[plan.heir.index()] += quadric;
-        for w in link {
-            self.blocked.set(w.index(), true);
-            self.costs[w.index()] = f32::NAN;
-        }
+        self.covering.put(&self.table, &self.places, &covered, &star);
+        self.watch.covered();
         true
     }
 }
 
-/// What makes a triangle of the new star good: round, near the removed vertex, facing as the old star did.
-struct Shape {
-    vertex: DVec3,
-    normal: DVec3,
-    mean_edge: f64,
+/// The vertices of a mesh, in the order of their numbers.
+pub fn vertices(table: &CornerTable) -> impl Iterator<Item = Vertex> + '_ {
+    (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some())
 }
 
-impl Shape {
-    fn new(vertex: DVec3, ring: impl Iterator<Item = DVec3> + Clone, boundary: bool) -> Self {
-        let (mut length, mut count) = (0.0, 0);
-        for p in ring.clone() {
-            length += p.distance(vertex);
-            count += 1;
+/// The quadrics of all vertices, and the mean length of an edge.
+fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64) {
+    let mut quadrics = vec![Quadric::default(); places.positions.len()];
+    let (mut length, mut edges) = (0.0, 0usize);
+    for t in table.triangles() {
+        let corners = t.corners().map(|c| places.at(table.vertex(c)));
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let unit = normal.normalize_or_zero();
+        for (k, c) in t.corners().into_iter().enumerate() {
+            let v = table.vertex(c);
+            quadrics[v.index()] += Quadric::of_plane(unit, DVec3::ZERO, normal.length() * 0.5);
+            let (x, y) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
+            length += x.distance(y);
+            edges += 1;
+            if table.opposite(c).is_none() {
+                // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6).
+                let wall = Quadric::of_plane(
+                    (y - x).cross(normal).normalize_or_zero(),
+                    DVec3::ZERO,
+                    x.distance_squared(y),
+                );
+                let (v, w) = table.edge(c);
+                quadrics[v.index()] += wall;
+                quadrics[w.index()] += wall;
+            }
         }
-        let pairs = ring.clone().zip(ring.clone().cycle().skip(1)).take(count - usize::from(boundary));
-        let normal: DVec3 = pairs.map(|(p, q)| (p - vertex).cross(q - vertex)).sum();
-        let mean_edge = if length > 0.0 { length / count as f64 } else { 1.0 };
-        Self { vertex, normal: normal.normalize_or_zero(), mean_edge }
     }
-
-    /// Circumradius, 8 times the vertex's distance from the plane, 8 mean edges times (1 - cosine to the star's normal).
-    fn cost(&self, a: DVec3, b: DVec3, c: DVec3) -> f64 {
-        let cross = (b - a).cross(c - a);
-        let twice_area = cross.length();
-        let worst = 1e3 * self.mean_edge;
-        if twice_area <= 0.0 {
-            return worst;
-        }
-        let radius = a.distance(b) * b.distance(c) * c.distance(a) / (2.0 * twice_area);
-        let normal = cross / twice_area;
-        let distance = (self.vertex - a).dot(normal).abs();
-        let turn = 1.0 - normal.dot(self.normal);
-        (radius.min(worst) + 8.0 * distance + 8.0 * self.mean_edge * turn).min(worst)
-    }
+    (quadrics, if edges > 0 && length > 0.0 { length / edges as f64 } else { 1.0 })
 }
+
+/// What an edge costs for each rank of its two ends, in mean edges: enough that a pattern goes on where the surface is smooth.
+const BIAS: f64 = 1.5;
+
+/// What an edge costs for the distance of its middle from the vertex removed.
+const MIDDLE: f64 = 1.5;
 
 /// Triangles looked at round each of two vertices before an edge between them is presumed: where both have more, as two apexes
 /// over one long rim, every removal on the rim would look at all of them.

@@ -1,0 +1,159 @@
+//! Which vertices a level removes.
+
+use super::removal::Remover;
+use super::{Method, Options};
+use crate::error::Result;
+use crate::mesh::Vertex;
+use crate::mesh::random::SplitMix64;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+
+/// Removes one level: first the vertices of `class`, if any, then those that the method chooses.
+///
+/// `quota` vertices at most, and no more than half of the triangles (but for one vertex). Of what all removals would cost, as the sum of roots, those of
+/// the level stay within the share `budget`, the cheapest first; 1 is no limit. `report` is told the vertices left.
+pub fn remove_level(
+    remover: &mut Remover,
+    free: Vec<Vertex>,
+    class: Option<u8>,
+    quota: usize,
+    budget: f64,
+    options: &Options,
+    random: &mut SplitMix64,
+    report: &mut dyn FnMut(usize) -> Result<()>,
+) -> Result<()> {
+    // Two triangles go with an interior vertex; the first removal is free, or a disc of three triangles would stay.
+    let half = remover.table.triangle_count() / 2;
+    let mut level = Level {
+        vertices: remover.vertices.saturating_sub(quota),
+        triangles: (remover.table.triangle_count() - half + 1).min(remover.table.triangle_count() - 1),
+        remover,
+        report,
+    };
+    let share = if class.is_some() { FILL * budget } else { budget };
+    let [of_class, most] = affordable(level.remover, &free, [budget, share]);
+    if let Some(class) = class {
+        level.remove_class(&free, class, of_class)?;
+    }
+    let cheap = |v: &Vertex| level.remover.is_free(*v) && level.remover.cost(*v) <= most;
+    let candidates: Vec<Vertex> = free.into_iter().filter(cheap).collect();
+    match options.method {
+        Method::Stellar => level.by_choice(candidates, options.choices, random),
+        Method::Ffc => level.by_queue(&candidates),
+    }
+}
+
+/// The costs up to which vertices carry certain shares of the sum of the roots of all costs.
+fn affordable<const N: usize>(remover: &Remover, free: &[Vertex], shares: [f64; N]) -> [f32; N] {
+    // Positive floating-point numbers are ordered as their bits are: exponent and 7 bits of the mantissa make a class.
+    let class = |cost: f32| (cost.max(0.0).to_bits() >> 16) as usize;
+    let mut sums = vec![0.0f64; 1 << 15];
+    for &v in free {
+        let cost = remover.cost(v);
+        sums[class(cost)] += f64::from(cost.max(0.0)).sqrt();
+    }
+    let total: f64 = sums.iter().sum();
+    shares.map(|share| {
+        let mut sum = 0.0;
+        let full = |&(_, part): &(usize, &f64)| {
+            sum += part;
+            sum > total * share
+        };
+        let least = sums.iter().enumerate().find(full);
+        least.map_or(f32::INFINITY, |(class, _)| f32::from_bits((class as u32 + 1) << 16))
+    })
+}
+
+struct Level<'a, 'b> {
+    remover: &'a mut Remover<'b>,
+    report: &'a mut dyn FnMut(usize) -> Result<()>,
+    /// Vertices to leave.
+    vertices: usize,
+    /// As long as there are more triangles than this, another vertex may go.
+    triangles: usize,
+}
+
+impl Level<'_, '_> {
+    fn is_over(&self) -> bool {
+        self.remover.vertices <= self.vertices || self.remover.table.triangle_count() <= self.triangles
+    }
+
+    fn remove(&mut self, v: Vertex) -> Result<()> {
+        if self.remover.remove(v) && self.remover.vertices.is_multiple_of(REPORT_EVERY) {
+            (self.report)(self.remover.vertices)?;
+        }
+        Ok(())
+    }
+
+    fn remove_class(&mut self, free: &[Vertex], class: u8, most: f32) -> Result<()> {
+        for &v in free {
+            if self.is_over() {
+                break;
+            }
+            let of_class = |pattern: &super::removal::Pattern| pattern.classes.of[v.index()] == class;
+            let remover = &self.remover;
+            if remover.pattern.as_ref().is_some_and(of_class) && remover.is_free(v) && remover.cost(v) <= most
+            {
+                self.remove(v)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Fast Stellar: the cheapest of `choices` random candidates, over and over. They are drawn from one window of the candidates
+    /// after the other, so that successive removals are near each other in memory.
+    fn by_choice(
+        &mut self,
+        mut candidates: Vec<Vertex>,
+        choices: u32,
+        random: &mut SplitMix64,
+    ) -> Result<()> {
+        for window in candidates.chunks_mut(WINDOW) {
+            let mut left = window.len();
+            while !self.is_over() {
+                let mut best: Option<(f32, Vertex)> = None;
+                let mut drawn = 0;
+                while drawn < choices && left > 0 {
+                    let place = random.below(left as u32) as usize;
+                    let v = window[place];
+                    if !self.remover.is_free(v) {
+                        left -= 1;
+                        window.swap(place, left);
+                        continue;
+                    }
+                    drawn += 1;
+                    let cost = self.remover.cost(v);
+                    if best.is_none_or(|(least, _)| cost < least) {
+                        best = Some((cost, v));
+                    }
+                }
+                let Some((_, v)) = best else { break };
+                self.remove(v)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Four-Face Clusters: the cheapest candidate, over and over.
+    fn by_queue(&mut self, candidates: &[Vertex]) -> Result<()> {
+        // Costs are not negative, so their bits are ordered as they are.
+        let keyed = candidates.iter().map(|&v| Reverse((self.remover.cost(v).max(0.0).to_bits(), v)));
+        let mut queue: BinaryHeap<_> = keyed.collect();
+        while !self.is_over() {
+            let Some(Reverse((_, v))) = queue.pop() else { break };
+            if self.remover.is_free(v) {
+                self.remove(v)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// What a class leaves to other vertices of its level, as a share of the budget.
+const FILL: f64 = 0.3;
+
+/// Candidates that a random choice is made from.
+const WINDOW: usize = 4096;
+
+/// Removals between two calls of the progress callback.
+const REPORT_EVERY: usize = 1024;

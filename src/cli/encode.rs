@@ -38,7 +38,7 @@ pub struct Args {
     /// How coarse the coordinates of coarse levels are
     #[arg(long, value_enum, default_value = "off")]
     preview: Preview,
-    /// Vertices of the base; the larger of 1 % and 500 where not given
+    /// Vertices of the base; the larger of 0.5 % and 150 where not given
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
@@ -170,7 +170,7 @@ fn options(args: &Args) -> Options {
     }
 }
 
-/// Names and values as they are given on the command line.
+/// Names and values as they are given on the command line, but for those that are what they are by default.
 fn settings(args: &Args) -> Vec<(String, String)> {
     let keyframes = match &args.keyframes {
         Keyframes::None => "none".to_owned(),
@@ -186,8 +186,25 @@ fn settings(args: &Args) -> Vec<(String, String)> {
         ("keyframes".to_owned(), keyframes),
     ];
     settings.extend(args.simplification.settings());
+    settings.retain(|(name, value)| !DEFAULTS.contains(&(name, value)));
     settings
 }
+
+/// Settings that a file need not name: its generator knows them, or its header has them.
+const DEFAULTS: [(&str, &str); 12] = [
+    ("position-bits", "14"),
+    ("profile", "default"),
+    ("preview", "off"),
+    ("base-vertices", "auto"),
+    ("keyframes", "none"),
+    ("method", "stellar"),
+    ("alpha", "0.75"),
+    ("beta", "0.25"),
+    ("choices", "8"),
+    ("lock-boundary", "false"),
+    ("weld", "exact"),
+    ("seed", "0"),
+];
 
 /// What the user may not have expected.
 fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<String> {

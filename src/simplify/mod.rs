@@ -48,7 +48,7 @@ pub struct Options {
     pub beta: f64,
     /// d, the number of random vertices compared by [`Method::Stellar`]; at least 1.
     pub choices: u32,
-    /// Vertices to stop at; the larger of 1 % and 500 where not given.
+    /// Vertices to stop at; [`default_base_vertices`] where not given.
     pub base_vertices: Option<usize>,
     /// Largest share of a level's vertices that the level may remove, above 0 and at most 1. No level removes more than half of the
     /// triangles.
@@ -72,7 +72,7 @@ impl Default for Options {
             base_vertices: None,
             level_share: 1.0,
             level_budget: 0.5,
-            parity: true,
+            parity: false,
             seed: 0,
         }
     }
@@ -81,12 +81,12 @@ impl Default for Options {
 impl Options {
     /// Settings that lean to small files: levels as large as they may be.
     pub fn small() -> Self {
-        Self { level_budget: 0.85, ..Self::default() }
+        Self { level_budget: 0.85, parity: true, ..Self::default() }
     }
 
     /// Settings that lean to good levels: small ones, wherever the surface is flat.
     pub fn fine() -> Self {
-        Self { level_budget: 0.35, parity: false, ..Self::default() }
+        Self { level_budget: 0.3, ..Self::default() }
     }
 }
 
@@ -161,7 +161,7 @@ pub fn simplify(
 
 /// Vertices to stop at for a mesh of so many vertices, where [`Options::base_vertices`] is not given.
 pub fn default_base_vertices(vertices: usize) -> usize {
-    (vertices / 100).max(500)
+    (vertices / 200).max(150)
 }
 
 /// Levels by parity: of four classes, three go, one level after the other; then what is left has classes again, as long as they fit.
@@ -242,7 +242,8 @@ mod tests {
     /// Three levels by parity take a torus of 72 × 24 to one of 36 × 12.
     #[test]
     fn rows_leave_a_regular_mesh() {
-        let options = Options { base_vertices: Some(36 * 12), level_budget: 1.0, ..Options::default() };
+        let options =
+            Options { base_vertices: Some(36 * 12), level_budget: 1.0, parity: true, ..Options::default() };
         let (mut table, done) = simplified(&shapes::torus(72, 24), &options);
         let sizes = [0, 1, 2].map(|j| done.history.level(j).len());
         assert!(sizes[..2] == [432, 432] && sizes[2] > 350, "{sizes:?}");

@@ -213,7 +213,6 @@ impl LevelPass {
         under: &mut Under<C, A>,
     ) -> Result<bool, RefinementError> {
         while let Some(&k) = self.walk.edges.get(self.cursor) {
-            let place = self.cursor;
             self.cursor += 1;
             let table = &under.mesh.table;
             let left = self.survey.state(k.triangle());
@@ -230,7 +229,7 @@ impl LevelPass {
             } else {
                 left - 1
             };
-            let class = self.survey.class(table, &self.cells, place, k, o);
+            let class = self.survey.class(table, &self.cells, k, o);
             let model = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7][class];
             if under.coder.bit(model, || under.answers.split(table, k)) {
                 under.coder.check()?;

@@ -5,11 +5,9 @@ use super::walk::Walk;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::Roots;
 
-/// Sizes of edges and triangles, in cells. Those of neighbourhoods are kept with the vertices.
+/// Sizes and states of triangles, in cells. The sizes of neighbourhoods are kept with the vertices.
 #[derive(Clone, Debug, Default)]
 pub struct Survey {
-    /// Squared length of each edge of the walk.
-    lengths: Vec<f32>,
     /// By slot.
     faces: Vec<Face>,
 }
@@ -35,11 +33,9 @@ impl Survey {
     pub fn new(table: &CornerTable, roots: &Roots, cells: &mut [Vector]) -> (Walk, Self) {
         // Summed up in the order of the walk, so that the sums do not depend on how the mesh is stored.
         let mut sums = vec![[0.0f32; 2]; cells.len()];
-        let mut lengths = vec![0.0; table.edge_count() + 1];
-        let mut count = 0;
         let mut faces = Vec::with_capacity(table.capacity());
         faces.resize(table.slots(), Face::default());
-        let walk = Walk::visit(table, roots, |c, listed| {
+        let walk = Walk::visit(table, roots, |c| {
             let [u, v, w] = table.vertices_from(c);
             let [p, q, r] = [cells[u.index()], cells[v.index()], cells[w.index()]];
             let (x, y, z) = (q - p, r - q, p - r);
@@ -47,10 +43,6 @@ impl Survey {
             for (vertex, two) in [(u, uv + wu), (v, uv + vw), (w, vw + wu)] {
                 let sum = &mut sums[vertex.index()];
                 *sum = [sum[0] + two, sum[1] + 2.0];
-            }
-            for (length, listed) in [vw, wu, uv].into_iter().zip(listed) {
-                lengths[count] = length;
-                count += usize::from(listed);
             }
             let dot = 0.5 * ((uv + wu) - vw);
             faces[c.triangle().index()].area = (uv * wu - dot * dot).max(0.0).sqrt();
@@ -61,7 +53,7 @@ impl Survey {
         for (cell, [sum, count]) in cells.iter_mut().zip(sums) {
             cell.0[3] = sum / count;
         }
-        (walk, Self { lengths, faces })
+        (walk, Self { faces })
     }
 
     /// [`STAR`] in the star of a vertex of this level, else how many of its edges are boundary or have a star beyond.
@@ -86,20 +78,21 @@ impl Survey {
         *state = state.saturating_add(1);
     }
 
-    /// How large the edge of place `i` in the walk, opposite to `k` and `o`, and its triangles are beside their surroundings: the
+    /// How large the edge opposite to `k` and `o` and its triangles are beside their surroundings: the
     /// class of squared length × area over the square of the mean squared edge length at its vertices.
     #[inline(always)]
-    pub fn class(&self, table: &CornerTable, cells: &[Vector], i: usize, k: Corner, o: Corner) -> usize {
+    pub fn class(&self, table: &CornerTable, cells: &[Vector], k: Corner, o: Corner) -> usize {
         let scale = |v: Vertex| cells[v.index()].0[3];
         let area = |c: Corner| self.faces[c.triangle().index()].area;
         let [c, a, b] = table.vertices_from(k);
-        let all = (scale(a) + scale(b)) + scale(c);
+        let (a, b) = (cells[a.index()], cells[b.index()]);
+        let all = (a.0[3] + b.0[3]) + scale(c);
         let (mean, area) = if o.is_some() {
             ((all + scale(table.vertex(o))) * 0.25, area(k) + area(o))
         } else {
             (all * (1.0 / 3.0), 2.0 * area(k))
         };
-        let size = self.lengths[i] * area / (mean * mean).max(f32::MIN_POSITIVE);
+        let size = (b - a).dot(b - a) * area / (mean * mean).max(f32::MIN_POSITIVE);
         // Quarter octaves from 2^-4 on: the leading bits of the number.
         ((size.to_bits() >> 21) as usize).saturating_sub((127 - 4) << 2).min(CLASSES - 1)
     }

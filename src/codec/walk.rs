@@ -21,13 +21,12 @@ impl Walk {
     /// The edge list is the queue: an edge is listed when the first of its triangles is visited, and taken up in that order;
     /// behind it lies the next triangle, unless it has been visited.
     pub fn new(table: &CornerTable, roots: &Roots) -> Self {
-        Self::visit(table, roots, |_, _| ())
+        Self::visit(table, roots, |_| ())
     }
 
-    /// Walks, and tells `see` of each triangle by the corner of [`Walk::triangles`], with those of the edges opposite to this corner,
-    /// the next and the previous one that are listed now, in this order.
+    /// Walks, and tells `see` of each triangle as it is visited, by its corner of [`Walk::triangles`].
     #[inline]
-    pub fn visit(table: &CornerTable, roots: &Roots, mut see: impl FnMut(Corner, [bool; 3])) -> Self {
+    pub fn visit(table: &CornerTable, roots: &Roots, mut see: impl FnMut(Corner)) -> Self {
         let mut walk = Self {
             edges: vec![Corner::NONE; table.edge_count() + 1],
             triangles: Vec::with_capacity(table.triangle_count()),
@@ -47,7 +46,7 @@ impl Walk {
             let mut head = list(&mut walk, root, true) - 1;
             list(&mut walk, root.next(), true);
             let mut tail = list(&mut walk, root.prev(), true);
-            see(root, [true; 3]);
+            see(root);
             while head < tail {
                 let edge = walk.edges[head];
                 head += 1;
@@ -66,7 +65,7 @@ impl Walk {
                 let new = [is_new(next), is_new(prev)];
                 list(&mut walk, entry.next(), new[0]);
                 tail = list(&mut walk, entry.prev(), new[1]);
-                see(entry, [false, new[0], new[1]]);
+                see(entry);
             }
         }
         walk.edges.truncate(listed);

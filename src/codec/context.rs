@@ -1,4 +1,4 @@
-//! What a decision is coded under: small classes of the geometry at hand, in integers and plain binary32 (spec §5.5, §9).
+//! What a decision is coded under: small classes of the geometry at hand, in integers and plain binary32 (spec §5.5.3, §9.2).
 
 use super::vector::{Vector, exponent};
 

@@ -1,4 +1,4 @@
-//! What a level pass knows of the coarser mesh before its first operation: how large everything is (spec §5.5).
+//! What a level pass knows of the coarser mesh before its first operation: how large everything is (spec §5.5.1).
 
 use super::vector::Vector;
 use super::walk::Walk;

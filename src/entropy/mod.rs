@@ -1,4 +1,4 @@
-//! Range coder, binary models, numbers. Knows no mesh; takes slices (spec §6).
+//! Range coder, binary models, numbers, symbols. Knows no mesh; takes slices (spec §6).
 
 pub mod model;
 pub mod number;

@@ -211,7 +211,7 @@ impl PositionModels {
         let mut high = token as i32 - 8;
         if token == 0 || token == 15 {
             let beyond = self.far.unsigned(coder, || ((residual >> shift) - high).unsigned_abs())?;
-            let beyond = i32::try_from(beyond).ok().filter(|&n| n < 1 << 26).ok_or(CodingError::Number)?;
+            let beyond = i32::try_from(beyond).ok().filter(|&n| n < 1 << 28).ok_or(CodingError::Number)?;
             high = if token == 0 { high - beyond } else { high + beyond };
         }
         let mut low = 0;

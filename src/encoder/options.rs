@@ -68,11 +68,10 @@ pub enum Profile {
 impl Profile {
     /// How it simplifies.
     pub fn simplify(self) -> simplify::Options {
-        let default = simplify::Options::default();
         match self {
-            Self::Default => default,
-            Self::Small => simplify::Options { level_share: 0.3, ..default },
-            Self::Fine => simplify::Options { level_share: 0.12, ..default },
+            Self::Default => simplify::Options::default(),
+            Self::Small => simplify::Options::small(),
+            Self::Fine => simplify::Options::fine(),
         }
     }
 }

@@ -23,6 +23,7 @@ use crate::mesh::random::SplitMix64;
 use crate::mesh::{CornerTable, Lattice};
 use crate::refine::History;
 use bitvec::vec::BitVec;
+use level::Allowance;
 use parity::Classes;
 use removal::{Pattern, Places, Remover};
 use seconds::timed;
@@ -130,7 +131,7 @@ pub fn simplify(
     };
     let mut errors = Vec::new();
     let mut measure = |remover: &mut Remover| {
-        let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
+        let (error, seconds) = timed(|| remover.covering.error(&remover.places));
         errors.push(error);
         remover.watch.seconds.measure += seconds;
     };
@@ -142,7 +143,8 @@ pub fn simplify(
         let quota = share.max(1).min(remover.vertices - target);
         let (pattern, class) = rows.next_level(&mut remover);
         let free = remover.begin_level(pattern);
-        level::remove_level(&mut remover, free, class, quota, budget, options, &mut random, &mut report)?;
+        let allowance = Allowance { class, quota, budget };
+        level::remove_level(&mut remover, free, allowance, options, &mut random, &mut report)?;
         if remover.history.end_level() {
             budget = options.level_budget;
             measure(&mut remover);

@@ -72,7 +72,7 @@ impl Default for Options {
             choices: 8,
             base_vertices: None,
             level_share: 1.0,
-            level_budget: 0.5,
+            level_budget: 0.4,
             parity: true,
             seed: 0,
         }
@@ -82,12 +82,12 @@ impl Default for Options {
 impl Options {
     /// Settings that lean to small files: levels as large as they may be.
     pub fn small() -> Self {
-        Self { level_budget: 0.85, ..Self::default() }
+        Self { level_budget: 0.7, ..Self::default() }
     }
 
-    /// Settings that lean to good levels: small ones, wherever the surface is flat.
+    /// Settings that lean to good levels: they take what is flat, wherever it is, and hardly look at shapes.
     pub fn fine() -> Self {
-        Self { level_budget: 0.35, parity: false, ..Self::default() }
+        Self { level_budget: 0.5, parity: false, beta: 0.02, ..Self::default() }
     }
 }
 

@@ -183,6 +183,9 @@ impl<'a> Encoder<'a> {
         if !(share > 0.0 && share <= 1.0) || options.simplify.choices == 0 {
             return Err(parameter("the level share must be above 0 and at most 1, the choices at least 1"));
         }
+        if options.simplify.level_budget.is_nan() || options.simplify.level_budget <= 0.0 {
+            return Err(parameter("the level budget must be above 0"));
+        }
         if !(options.simplify.alpha.is_finite() && options.simplify.beta.is_finite()) {
             return Err(parameter("alpha and beta must be finite"));
         }

@@ -72,12 +72,12 @@ pub struct Simplification {
     /// How the next vertex to remove is chosen
     #[arg(long, value_enum, default_value = "stellar")]
     pub method: Method,
-    /// Weight of the distance from the surface
-    #[arg(long, value_name = "A", default_value_t = simplify::Options::default().alpha, value_parser = weight)]
-    pub alpha: f64,
-    /// Weight of the shape of the triangles
-    #[arg(long, value_name = "B", default_value_t = simplify::Options::default().beta, value_parser = weight)]
-    pub beta: f64,
+    /// Weight of the distance from the surface; 0.75 where not given
+    #[arg(long, value_name = "A", value_parser = weight)]
+    pub alpha: Option<f64>,
+    /// Weight of the shape of the triangles; 0.02 where not given
+    #[arg(long, value_name = "B", value_parser = weight)]
+    pub beta: Option<f64>,
     /// Random vertices that `stellar` compares
     #[arg(long, value_name = "D", default_value_t = simplify::Options::default().choices,
           value_parser = clap::value_parser!(u32).range(1..))]
@@ -96,17 +96,18 @@ pub struct Simplification {
 impl Simplification {
     /// For the library; `profile` settles what has no argument of its own.
     pub fn options(&self, profile: encoder::Profile, base_vertices: Option<usize>) -> simplify::Options {
+        let profile = profile.simplify();
         simplify::Options {
             method: match self.method {
                 Method::Stellar => simplify::Method::Stellar,
                 Method::Ffc => simplify::Method::Ffc,
             },
-            alpha: self.alpha,
-            beta: self.beta,
+            alpha: self.alpha.unwrap_or(profile.alpha),
+            beta: self.beta.unwrap_or(profile.beta),
             choices: self.choices,
             base_vertices,
             seed: self.seed,
-            ..profile.simplify()
+            ..profile
         }
     }
 
@@ -121,15 +122,17 @@ impl Simplification {
     /// Names and values, as they are given.
     pub fn settings(&self) -> Vec<(String, String)> {
         let named = |name: &str, value: String| (name.to_owned(), value);
-        vec![
+        let weights = [("alpha", self.alpha), ("beta", self.beta)];
+        let given = weights.into_iter().filter_map(|(name, w)| Some(named(name, w?.to_string())));
+        let mut settings: Vec<_> = given.collect();
+        settings.extend([
             named("method", value_name(&self.method)),
-            named("alpha", self.alpha.to_string()),
-            named("beta", self.beta.to_string()),
             named("choices", self.choices.to_string()),
             named("lock-boundary", self.lock_boundary.to_string()),
             named("weld", value_name(&self.weld)),
             named("seed", self.seed.to_string()),
-        ]
+        ]);
+        settings
     }
 }
 

@@ -191,15 +191,13 @@ fn settings(args: &Args) -> Vec<(String, String)> {
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 12] = [
+const DEFAULTS: [(&str, &str); 10] = [
     ("position-bits", "14"),
     ("profile", "default"),
     ("preview", "off"),
     ("base-vertices", "auto"),
     ("keyframes", "none"),
     ("method", "stellar"),
-    ("alpha", "0.75"),
-    ("beta", "0.25"),
     ("choices", "8"),
     ("lock-boundary", "false"),
     ("weld", "exact"),

@@ -5,7 +5,7 @@ use crate::codec::keyframe::Written;
 use crate::codec::residue::ResidueCounts;
 use crate::container::Contents;
 use crate::mesh::topology::{Conditioned, ConditioningReport};
-use crate::simplify::{LevelError, Simplified};
+use crate::simplify::{self, LevelError, Simplified};
 
 /// Seconds by stage.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -66,6 +66,8 @@ pub struct Report {
     pub other_bits: f64,
     /// Time taken.
     pub seconds: Seconds,
+    /// How simplification spent its time.
+    pub routines: simplify::Seconds,
 }
 
 impl Report {
@@ -74,6 +76,7 @@ impl Report {
             conditioning: conditioned.report.clone(),
             diagonal,
             errors: simplified.errors.clone(),
+            routines: simplified.seconds,
             ..Self::default()
         }
     }

@@ -1,8 +1,9 @@
-//! Which triangle covers each removed vertex: the level's error is tracked while simplifying.
+//! Which triangle covers each removed vertex, and how far off: the level's error is tracked while simplifying.
 
-use super::removal::{Places, vertices};
+use super::removal::Places;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Triangle, Vertex};
+use glam::DVec3;
 
 /// The removed vertices, in a list for each triangle of the mesh as it stands.
 #[derive(Debug)]
@@ -11,14 +12,17 @@ pub struct Covering {
     next: Vec<u32>,
     /// A third of the area round each vertex of the input.
     weights: Vec<f32>,
+    /// Squared distance of each vertex from the triangle that covers it; 0 for those of the mesh.
+    distances: Vec<f32>,
 }
 
 /// How far the input is from a level.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
-    /// Largest distance of an input vertex from the level's surface, in the input's units.
+    /// Largest distance of an input vertex from the level's surface, in the input's units: that from the surface before its vertices
+    /// are moved to the lattice, and the largest move.
     pub max: f64,
-    /// Root of the mean squared distance, each vertex weighted by the area round it.
+    /// Root of the mean squared distance, each vertex weighted by the area round it; moves to the lattice count as they are expected.
     pub rms: f64,
 }
 
@@ -36,7 +40,12 @@ impl Covering {
                 weights[v.index()] += third;
             }
         }
-        Self { first: vec![NONE; table.slots()], next: vec![NONE; count], weights }
+        Self {
+            first: vec![NONE; table.slots()],
+            next: vec![NONE; count],
+            weights,
+            distances: vec![0.0; count],
+        }
     }
 
     /// Takes the vertices off a triangle that is about to be rewritten.
@@ -48,59 +57,92 @@ impl Covering {
         }
     }
 
-    /// Puts each vertex on the nearest of some triangles.
+    /// Puts each vertex on one of some neighbouring triangles: the one it is led to across edges that it lies beyond, or the nearest
+    /// where it comes to lie much farther off than before.
     pub fn put(&mut self, table: &CornerTable, places: &Places, vertices: &[Vertex], triangles: &[Triangle]) {
+        let patches: Vec<Patch> =
+            triangles.iter().map(|&t| Patch::new(table, places, t, triangles)).collect();
+        let mut at = 0;
         for &v in vertices {
             let p = places.at(v);
-            let distance = |t: &Triangle| {
-                let [a, b, c] = table.triangle(*t).map(|v| places.at(v));
-                point_triangle_distance_squared(p, a, b, c)
-            };
-            let nearest = match triangles {
-                [only] => *only,
-                _ => {
-                    let keyed = triangles.iter().map(|t| (distance(t), *t));
-                    let Some((_, t)) = keyed.min_by(|x, y| x.0.total_cmp(&y.0)) else { continue };
-                    t
+            for _ in 0..patches.len() {
+                match patches[at].way(p) {
+                    Some(on) => at = on,
+                    None => break,
                 }
-            };
-            self.next[v.index()] = self.first[nearest.index()];
-            self.first[nearest.index()] = v.0;
+            }
+            let mut squared = patches[at].distance_squared(p);
+            if vertices.len() <= FEW || squared > FARTHER * f64::from(self.distances[v.index()]) {
+                // Much farther than it was: led astray on a fold, perhaps.
+                for (k, patch) in patches.iter().enumerate() {
+                    let other = patch.distance_squared(p);
+                    if other < squared {
+                        (squared, at) = (other, k);
+                    }
+                }
+            }
+            self.distances[v.index()] = squared as f32;
+            let t = triangles[at];
+            self.next[v.index()] = self.first[t.index()];
+            self.first[t.index()] = v.0;
         }
     }
 
     /// Distance of the input from the level as it stands, its vertices moved to the lattice, in the input's units.
-    pub fn error(&self, table: &CornerTable, places: &Places) -> LevelError {
-        let frame = &places.frame;
-        let on_lattice = |v: Vertex| frame.on_lattice(places.at(v));
-        let (mut max, mut sum, mut total) = (0.0f64, 0.0, 0.0);
-        let mut add = |v: Vertex, squared: f64| {
-            let weight = f64::from(self.weights[v.index()]);
+    pub fn error(&self, places: &Places) -> LevelError {
+        let (mut max, mut sum, mut total) = (0.0f32, 0.0, 0.0);
+        for (&squared, &weight) in self.distances.iter().zip(&self.weights) {
             max = max.max(squared);
-            sum += weight * squared;
-            total += weight;
-        };
-        // A vertex of the level has been moved to the lattice, and its triangles with it.
-        for v in vertices(table) {
-            let p = places.at(v);
-            let distance = |t: Triangle| {
-                let [a, b, c] = table.triangle(t).map(on_lattice);
-                point_triangle_distance_squared(p, a, b, c)
-            };
-            add(v, table.fan(v).map(|c| distance(c.triangle())).fold(f64::INFINITY, f64::min));
+            sum += f64::from(weight) * f64::from(squared);
+            total += f64::from(weight);
         }
-        for t in table.triangles() {
-            let mut at = self.first[t.index()];
-            if at == NONE {
-                continue;
-            }
-            let [a, b, c] = table.triangle(t).map(on_lattice);
-            while at != NONE {
-                add(Vertex(at), point_triangle_distance_squared(places.at(Vertex(at)), a, b, c));
-                at = self.next[at as usize];
-            }
+        let mean = if total > 0.0 { sum / total } else { 0.0 };
+        let step = places.frame.step();
+        // Half the diagonal of a cell; and the variance along any direction of what is uniform in a cell.
+        let (most, variance) = (0.75f64.sqrt() * step, step * step / 12.0);
+        LevelError {
+            max: places.frame.length(f64::from(max).sqrt() + most),
+            rms: places.frame.length((mean + variance).sqrt()),
         }
-        let rms = if total > 0.0 { (sum / total).sqrt() } else { 0.0 };
-        LevelError { max: frame.length(max.sqrt()), rms: frame.length(rms) }
     }
 }
+
+/// A triangle and the ways to its neighbours.
+struct Patch {
+    corners: [DVec3; 3],
+    /// For each corner the direction out across the edge opposite, and the place of the triangle behind it.
+    ways: [(DVec3, usize); 3],
+}
+
+impl Patch {
+    fn new(table: &CornerTable, places: &Places, t: Triangle, triangles: &[Triangle]) -> Self {
+        let corners = table.triangle(t).map(|v| places.at(v));
+        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
+        let mut k = 0;
+        let ways = t.corners().map(|c| {
+            let along = corners[(k + 2) % 3] - corners[(k + 1) % 3];
+            k += 1;
+            let o = table.opposite(c);
+            let behind = if o.is_some() { triangles.iter().position(|&u| u == o.triangle()) } else { None };
+            (along.cross(normal), behind.unwrap_or(usize::MAX))
+        });
+        Self { corners, ways }
+    }
+
+    fn distance_squared(&self, p: DVec3) -> f64 {
+        let [a, b, c] = self.corners;
+        point_triangle_distance_squared(p, a, b, c)
+    }
+
+    /// The neighbour that a point lies towards, if any.
+    fn way(&self, p: DVec3) -> Option<usize> {
+        let beyond = |k: usize| (p - self.corners[(k + 1) % 3]).dot(self.ways[k].0) > 0.0;
+        (0..3).find(|&k| self.ways[k].1 != usize::MAX && beyond(k)).map(|k| self.ways[k].1)
+    }
+}
+
+/// So few vertices ask all triangles at once.
+const FEW: usize = 3;
+
+/// How much the squared distance may grow without all triangles being asked.
+const FARTHER: f64 = 3.0;

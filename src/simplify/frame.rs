@@ -8,24 +8,26 @@ use glam::DVec3;
 pub struct Frame {
     lattice: Lattice,
     side: f64,
+    scale: f64,
 }
 
 impl Frame {
     /// The frame of a lattice; one without extent is only moved.
     pub fn new(lattice: &Lattice) -> Self {
         let side = lattice.step * f64::from(lattice.max_coordinate());
-        Self { lattice: *lattice, side: if side > 0.0 && side.is_finite() { side } else { 1.0 } }
+        let side = if side > 0.0 && side.is_finite() && (1.0 / side).is_finite() { side } else { 1.0 };
+        Self { lattice: *lattice, side, scale: 1.0 / side }
     }
 
     /// A position of the input, in the unit cube.
+    #[inline]
     pub fn inside(&self, p: [f64; 3]) -> DVec3 {
-        DVec3::from_array(std::array::from_fn(|k| (p[k] - self.lattice.origin[k]) / self.side))
+        DVec3::from_array(std::array::from_fn(|k| (p[k] - self.lattice.origin[k]) * self.scale))
     }
 
-    /// The lattice point nearest to a point of the unit cube, in the unit cube.
-    pub fn on_lattice(&self, p: DVec3) -> DVec3 {
-        let max = f64::from(self.lattice.max_coordinate());
-        if self.lattice.step > 0.0 { (p * max).round() / max } else { DVec3::ZERO }
+    /// The lattice's step, in the unit cube.
+    pub fn step(&self) -> f64 {
+        self.lattice.step * self.scale
     }
 
     /// A length of the unit cube in the input's units.

@@ -8,16 +8,23 @@ use crate::mesh::random::SplitMix64;
 use std::cmp::Reverse;
 use std::collections::BinaryHeap;
 
-/// Removes one level: first the vertices of `class`, if any, then those that the method chooses.
-///
-/// `quota` vertices at most, and no more than half of the triangles (but for one vertex). Of what all removals would cost, as the sum of roots, those of
-/// the level stay within the share `budget`, the cheapest first; 1 is no limit. `report` is told the vertices left.
+/// What a level may take.
+#[derive(Clone, Copy, Debug)]
+pub struct Allowance {
+    /// The class of vertices that go first.
+    pub class: Option<u8>,
+    /// Most vertices.
+    pub quota: usize,
+    /// Most of what all removals would cost, as a share of the sum of roots; 1 is no limit.
+    pub budget: f64,
+}
+
+/// Removes one level: first the vertices of a class, if any, then those that the method chooses, and no more than half of the
+/// triangles (but for one vertex). `report` is told the vertices left.
 pub fn remove_level(
     remover: &mut Remover,
     free: Vec<Vertex>,
-    class: Option<u8>,
-    quota: usize,
-    budget: f64,
+    Allowance { class, quota, budget }: Allowance,
     options: &Options,
     random: &mut SplitMix64,
     report: &mut dyn FnMut(usize) -> Result<()>,

@@ -23,6 +23,7 @@ use crate::mesh::random::SplitMix64;
 use crate::mesh::{CornerTable, Lattice};
 use crate::refine::History;
 use bitvec::vec::BitVec;
+use level::Allowance;
 use parity::Classes;
 use removal::{Pattern, Places, Remover};
 use seconds::timed;
@@ -67,7 +68,7 @@ impl Default for Options {
         Self {
             method: Method::Stellar,
             alpha: 0.75,
-            beta: 0.25,
+            beta: 0.02,
             choices: 8,
             base_vertices: None,
             level_share: 1.0,
@@ -79,12 +80,12 @@ impl Default for Options {
 }
 
 impl Options {
-    /// Settings that lean to small files: levels as large as they may be.
+    /// Settings that lean to small files: levels as large as they may be, along the rows of a regular sampling.
     pub fn small() -> Self {
-        Self { level_budget: 0.85, parity: true, ..Self::default() }
+        Self { level_budget: 0.7, parity: true, ..Self::default() }
     }
 
-    /// Settings that lean to good levels: small ones, wherever the surface is flat.
+    /// Settings that lean to good levels: small ones, that take what is flat, wherever it is.
     pub fn fine() -> Self {
         Self { level_budget: 0.3, ..Self::default() }
     }
@@ -130,7 +131,7 @@ pub fn simplify(
     };
     let mut errors = Vec::new();
     let mut measure = |remover: &mut Remover| {
-        let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
+        let (error, seconds) = timed(|| remover.covering.error(&remover.places));
         errors.push(error);
         remover.watch.seconds.measure += seconds;
     };
@@ -142,7 +143,8 @@ pub fn simplify(
         let quota = share.max(1).min(remover.vertices - target);
         let (pattern, class) = rows.next_level(&mut remover);
         let free = remover.begin_level(pattern);
-        level::remove_level(&mut remover, free, class, quota, budget, options, &mut random, &mut report)?;
+        let allowance = Allowance { class, quota, budget };
+        level::remove_level(&mut remover, free, allowance, options, &mut random, &mut report)?;
         if remover.history.end_level() {
             budget = options.level_budget;
             measure(&mut remover);

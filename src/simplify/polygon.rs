@@ -22,12 +22,13 @@ impl Programme {
     /// Solves the polygon of 3 to [`MAX_SIDES`] sides.
     ///
     /// `edge(i, j)`, i < j, is what making an edge costs, infinite where it must not be made. It is asked for the diagonals, and for
-    /// the closing side 0, n-1 only where `open`. `triangle` is the cost of the triangle i < k < j.
+    /// the closing side 0, n-1 only where `open`. `triangle` is the cost of a triangle i < k < j; where it
+    /// is no less than the second argument, anything no less than that will do.
     pub fn solve(
         sides: usize,
         open: bool,
         edge: impl Fn(usize, usize) -> f64,
-        triangle: impl Fn(usize, usize, usize) -> f64,
+        triangle: impl Fn([usize; 3], f64) -> f64,
     ) -> Self {
         debug_assert!((3..=MAX_SIDES).contains(&sides));
         let mut best = [[0.0; MAX_SIDES]; MAX_SIDES];
@@ -39,10 +40,10 @@ impl Programme {
                 let own = if !closing || open { edge(i, j) } else { 0.0 };
                 let mut least = f64::INFINITY;
                 if own.is_finite() {
-                    for k in i + 1..j {
-                        let parts = best[i][k] + best[k][j] + own;
+                    for (k, right) in best.iter().enumerate().take(j).skip(i + 1) {
+                        let parts = best[i][k] + right[j] + own;
                         if parts < least {
-                            let total = parts + triangle(i, k, j);
+                            let total = parts + triangle([i, k, j], least - parts);
                             if total < least {
                                 least = total;
                                 apex[i][j] = k as u8;
@@ -137,7 +138,7 @@ mod tests {
     #[test]
     fn the_cheapest_triangulation_of_a_hexagon() {
         // A triangle costs 1, but 0 where it contains vertex 2: the fan round 2 wins.
-        let cost = |i, k, j| if [i, k, j].contains(&2) { 0.0 } else { 1.0 };
+        let cost = |t: [usize; 3], _| if t.contains(&2) { 0.0 } else { 1.0 };
         let programme = Programme::solve(6, false, FREE, cost);
         assert_eq!(programme.cost, 0.0);
         let t = programme.triangulation().unwrap();
@@ -152,8 +153,8 @@ mod tests {
 
     #[test]
     fn an_open_polygon_asks_for_its_closing_side() {
-        assert!(Programme::solve(3, true, NEVER, |_, _, _| 1.0).triangulation().is_none());
-        assert!(Programme::solve(3, false, NEVER, |_, _, _| 1.0).triangulation().is_some());
-        assert_eq!(Programme::solve(3, true, |_, _| 0.5, |_, _, _| 1.0).cost, 1.5);
+        assert!(Programme::solve(3, true, NEVER, |_, _| 1.0).triangulation().is_none());
+        assert!(Programme::solve(3, false, NEVER, |_, _| 1.0).triangulation().is_some());
+        assert_eq!(Programme::solve(3, true, |_, _| 0.5, |_, _| 1.0).cost, 1.5);
     }
 }

@@ -74,17 +74,17 @@ impl Star {
     /// The best triangulation; `edge(i, j)` is what making an edge costs, in mean edges, infinite where it must not be made.
     ///
     /// A triangle costs its circumradius, 8 times the vertex's distance from its plane, and 4 mean edges times 1 - cosine of the angle
-    /// to the nearest of the old star's normals: so it is round, near, and does not cut off a crease.
+    /// to the nearest of the normals of the old star there: so it is round, near, and does not cut off a crease.
     pub fn solve(&self, edge: impl Fn(usize, usize) -> f64) -> Programme {
         let mut lengths = [[0.0; MAX_SIDES]; MAX_SIDES];
-        for j in 1..self.sides {
-            for i in 0..j {
-                lengths[i][j] = self.points[i].distance(self.points[j]);
+        for (i, row) in lengths.iter_mut().enumerate().take(self.sides) {
+            for (length, point) in row.iter_mut().zip(&self.points[..self.sides]).skip(i + 1) {
+                *length = self.points[i].distance(*point);
             }
         }
         let normals = &self.normals[..self.triangles()];
         let worst = WORST * self.mean_edge;
-        let triangle = |i: usize, k: usize, j: usize| {
+        let triangle = |[i, k, j]: [usize; 3], bound: f64| {
             let (a, b, c) = (self.points[i], self.points[k], self.points[j]);
             let cross = (b - a).cross(c - a);
             let twice_area = cross.length();
@@ -94,9 +94,16 @@ impl Star {
             let scale = 1.0 / twice_area;
             let radius = lengths[i][k] * lengths[k][j] * lengths[i][j] * 0.5 * scale;
             let distance = a.dot(cross).abs() * scale;
-            let cosine = normals.iter().map(|old| cross.dot(*old)).fold(-twice_area, f64::max) * scale;
+            let round_and_near = radius + DISTANCE * distance;
+            if round_and_near >= bound {
+                return worst.max(bound);
+            }
+            // Beside the old triangles from i to j, the one behind the closing side where the triangle lies on it.
+            let closing = if j + 1 == self.sides { &normals[normals.len() - 1..] } else { &[] };
+            let normals = normals[i..j].iter().chain(closing);
+            let cosine = normals.map(|old| cross.dot(*old)).fold(-twice_area, f64::max) * scale;
             let turn = self.mean_edge * (1.0 - cosine);
-            (radius + DISTANCE * distance + TURN * turn).min(worst)
+            (round_and_near + TURN * turn).min(worst)
         };
         Programme::solve(self.sides, self.boundary, |i, j| edge(i, j) * self.mean_edge, triangle)
     }

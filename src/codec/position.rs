@@ -300,3 +300,87 @@ fn order(v: Vector) -> [usize; 3] {
         (false, _, false) => [2, 1, 0],
     }
 }
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::entropy::{RangeDecoder, RangeEncoder};
+    use proptest::prelude::*;
+
+    fn surroundings(cells: [[i32; 3]; 4], open: bool, wings: [i32; 3], count: u8) -> Surroundings {
+        let [a, b, c, d] = cells;
+        Surroundings {
+            start: a,
+            edge: offset(b, a),
+            left: offset(c, a),
+            right: (!open).then(|| offset(d, a)),
+            wings: (offset(wings, [0; 3]) * f32::from(count), f32::from(count)),
+        }
+    }
+
+    fn cell() -> impl Strategy<Value = [i32; 3]> {
+        prop_oneof![prop::array::uniform3(0..1 << 24), prop::array::uniform3(0..40), Just([3; 3])]
+    }
+
+    proptest! {
+        #[test]
+        fn cells_come_back_from_wherever(
+            all in prop::collection::vec((prop::array::uniform4(cell()), any::<bool>(), cell(), 0..5u8, cell()), 1..60),
+        ) {
+            let mut encoder = RangeEncoder::default();
+            let mut models = PositionModels::default();
+            for &(cells, open, wings, count, known) in &all {
+                let at = surroundings(cells, open, wings, count);
+                prop_assert_eq!(models.split(&mut encoder, &at, known).unwrap(), known);
+            }
+            let bytes = encoder.finish();
+            let mut decoder = RangeDecoder::new(&bytes);
+            let mut models = PositionModels::default();
+            for &(cells, open, wings, count, known) in &all {
+                let at = surroundings(cells, open, wings, count);
+                prop_assert_eq!(models.split(&mut decoder, &at, [0; 3]).unwrap(), known);
+            }
+            decoder.finish().unwrap();
+        }
+
+        #[test]
+        fn any_bytes_are_a_position_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..200), cells in prop::array::uniform4(cell())) {
+            let mut decoder = RangeDecoder::new(&bytes);
+            let mut models = PositionModels::default();
+            let at = surroundings(cells, false, [9; 3], 3);
+            for _ in 0..40 {
+                if models.split(&mut decoder, &at, [0; 3]).is_err() {
+                    break;
+                }
+            }
+        }
+    }
+
+    /// Vertices in the middle of flat, regular surroundings are what is expected: after a while they cost little.
+    #[test]
+    fn the_expected_is_cheap() {
+        let cells = [[0, 0, 50], [64, 0, 50], [32, 55, 50], [32, -55, 50]];
+        let at = surroundings(cells, false, [32, 0, 50], 4);
+        let mut encoder = RangeEncoder::default();
+        let mut models = PositionModels::default();
+        for _ in 0..2000 {
+            models.split(&mut encoder, &at, [32, 0, 50]).unwrap();
+        }
+        assert!(encoder.bits() < 3.0 * 2000.0, "{}", encoder.bits());
+    }
+
+    #[test]
+    fn the_axes_are_sorted_by_magnitude() {
+        for (v, sorted) in [
+            ([1.0, 2.0, 3.0], [0, 1, 2]),
+            ([-3.0, 2.0, 1.0], [2, 1, 0]),
+            ([2.0, 3.0, -1.0], [2, 0, 1]),
+            ([3.0, -1.0, 2.0], [1, 2, 0]),
+            ([2.0, 1.0, 3.0], [1, 0, 2]),
+            ([1.0, 3.0, 2.0], [0, 2, 1]),
+            ([1.0; 3], [0, 1, 2]),
+        ] {
+            assert_eq!(order(Vector([v[0], v[1], v[2], 0.0])), sorted);
+        }
+    }
+}

@@ -97,3 +97,33 @@ impl Survey {
         ((size.to_bits() >> 21) as usize).saturating_sub((127 - 4) << 2).min(CLASSES - 1)
     }
 }
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+
+    /// On a sheet of squares of side 10, cut by parallel diagonals, an interior vertex has two right angles between sides and four acute
+    /// ones between a side and a diagonal: its scale is (2 * 200 + 4 * 300) / 12 = 133.3. Twice the area of a triangle is 100.
+    #[test]
+    fn a_sheet_of_squares() {
+        let mesh = shapes::grid(8, 8);
+        let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
+        // The vertices of the sheet are listed row by row.
+        let mut cells: Vec<_> = (0..81).map(|v| Vector::of_cell([v % 9 * 10, v / 9 * 10, 7])).collect();
+        let (walk, survey) = Survey::new(&table, &Roots::choose(&table), &mut cells);
+        let middle = Vertex(4 * 9 + 4);
+        assert!((cells[middle.index()].0[3] - 400.0 / 3.0).abs() < 1e-4);
+        for c in table.fan(middle) {
+            let k = c.next();
+            let (a, b) = table.edge(k);
+            let edge = cells[b.index()] - cells[a.index()];
+            // Diagonal: 200 * 200 / 133.3^2 = 2.25, five quarter octaves above 1. Side: 100 * 200 / 133.3^2 = 1.125, in the one of 1.
+            let class = if edge.dot(edge) == 200.0 { 20 } else { 16 };
+            assert_eq!(survey.class(&table, &cells, k, table.opposite(k)), class);
+        }
+        assert_eq!(walk.boundary.len(), 32);
+        let open: u32 = table.triangles().map(|t| survey.state(t)).sum();
+        assert_eq!(open, 32);
+    }
+}

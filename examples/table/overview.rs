@@ -17,6 +17,8 @@ pub struct Measured {
     pub report: Report,
     /// Vertices of level 0, of the base; number of levels.
     counts: [u64; 3],
+    /// The most that a level has triangles over the coarser one before it.
+    growth: f64,
     /// Bytes without the residue.
     pub bytes: f64,
     /// Bytes of the file of the input, residue included.
@@ -66,6 +68,11 @@ pub fn measure(case: &Case, options: &Options, runs: usize) -> anyhow::Result<Me
     Ok(Measured {
         counts: [contents.header.vertices, contents.header.base_vertices, contents.levels.len() as u32]
             .map(u64::from),
+        growth: contents
+            .levels
+            .windows(2)
+            .map(|pair| f64::from(pair[0].triangles) / f64::from(pair[1].triangles))
+            .fold(1.0, f64::max),
         bytes: file.len() as f64 - report.residue_bits / 8.0,
         bytes_with_residue: whole as u64,
         draco_bytes: draco_file.len() as u64,
@@ -134,6 +141,7 @@ fn row(case: &Case, measured: &Measured) -> Vec<Cell> {
         vertices,
         Cell::Count(case.mesh.triangles.len() as u64),
         levels,
+        Cell::Number(measured.growth, 2),
         base,
         per_vertex(report.connectivity_bits),
         per_vertex(report.position_bits),
@@ -168,12 +176,13 @@ fn means(all: &[(&Case, Measured)]) -> Vec<Cell> {
     row
 }
 
-const COLUMNS: [&str; 24] = [
+const COLUMNS: [&str; 25] = [
     "mesh",
     "bits",
     "vertices",
     "triangles",
     "levels",
+    "growth",
     "base",
     "connectivity",
     "geometry",
@@ -195,11 +204,11 @@ const COLUMNS: [&str; 24] = [
     "decode B/vertex",
 ];
 /// Where in the row the ratio to Draco's size stands, and the first of the ratios to its times.
-const SIZE_RATIO: usize = 13;
-const TIME_RATIO: usize = 19;
+const SIZE_RATIO: usize = 14;
+const TIME_RATIO: usize = 20;
 
 const NOTES: [&str; 2] = [
-    "Default settings. Levels: the base is one of them. Base: its vertices. Connectivity, geometry (of the refinements) and rest (base, header, table of contents, \
+    "Default settings. Levels: the base is one of them; growth: the most that one has triangles over the coarser one before it. Base: its vertices. Connectivity, geometry (of the refinements) and rest (base, header, table of contents, \
      metadata) are bits a vertex of level 0 and add up to bits/vertex and to bytes, which leave the residue out (isolated vertices, degenerate \
      and repeated triangles, stitches, orientation flags); \"with residue\" is the whole file of the mesh as read. bytes/Draco is bytes (without residue) over Draco's \
      (draco-core, Edgebreaker, compression level 10): both code the same conditioned arrays on the same lattice.",

@@ -1,6 +1,7 @@
 //! How far the levels lie from the original, beside `meshopt_simplify` with as many triangles.
 
 use super::cases::Case;
+use super::measure::geometric_mean;
 use super::peers::meshopt_simplify;
 use super::tables::{Cell, Table};
 use anyhow::Context;
@@ -35,6 +36,11 @@ impl Quality {
     /// Mean error over that of the peer.
     pub fn ratio(&self) -> Option<f64> {
         self.peer.map(|peer| self.mean / peer)
+    }
+
+    /// Mean error over that of the peer on the same lattice.
+    pub fn rounded_ratio(&self) -> Option<f64> {
+        self.rounded_peer.map(|peer| self.mean / peer)
     }
 }
 
@@ -82,9 +88,20 @@ pub fn table(title: &str, of_cases: &[(&Case, Vec<Quality>)]) -> Table {
                 Cell::number(quality.peer.map(|peer| peer * percent), 4),
                 Cell::number(quality.ratio(), 2),
                 Cell::number(quality.rounded_peer.map(|peer| peer * percent), 4),
-                Cell::number(quality.rounded_peer.map(|peer| quality.mean / peer), 2),
+                Cell::number(quality.rounded_ratio(), 2),
             ]);
         }
+    }
+    let all = || of_cases.iter().flat_map(|(_, qualities)| SHARES.into_iter().zip(qualities));
+    for share in SHARES.map(Some).into_iter().chain([None]) {
+        let of_share =
+            || all().filter(|(of, _)| share.is_none_or(|share| share == *of)).map(|(_, quality)| quality);
+        let mut row = vec![Cell::None; COLUMNS.len()];
+        row[0] = Cell::text("geometric mean");
+        row[1] = share.map_or(Cell::text("all"), |share| Cell::Count(u64::from(share)));
+        row[6] = Cell::number(geometric_mean(of_share().filter_map(Quality::ratio)), 2);
+        row[8] = Cell::number(geometric_mean(of_share().filter_map(Quality::rounded_ratio)), 2);
+        table.rows.push(row);
     }
     table
 }
@@ -94,7 +111,7 @@ fn note() -> String {
         "The level whose number of triangles is nearest to the share (by ratio), as decoded, on the lattice; errors in % of the \
          diagonal of the bounding box: mean distance of the original's surface from the simplified one, {SAMPLES} points, seed \
          {SEED}. Peer: `meshopt_simplify` of the original in full precision to as many triangles, no limit of error, no flags; - \
-         where it stops before, or where the level is the original. The last two columns have its result with the vertices rounded to the same lattice.",
+         where it stops before, or where the level is the original. The last two columns have its result with the vertices rounded to the same lattice, as our levels are.",
     )
 }
 

@@ -66,8 +66,8 @@ impl SymbolModel {
     pub(super) fn learn(&mut self, symbol: usize) {
         let rate = RATES[(self.count as usize).min(RATES.len() - 1)];
         let targets = &TARGETS[symbol & (SYMBOLS - 1)];
-        for i in 0..SYMBOLS {
-            self.sums[i] += (targets[i] - self.sums[i]) >> rate;
+        for (sum, target) in self.sums.iter_mut().zip(targets) {
+            *sum += (target - *sum) >> rate;
         }
         self.count = self.count.saturating_add(1);
     }

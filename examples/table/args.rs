@@ -16,7 +16,7 @@ use std::path::{Path, PathBuf};
 pub struct Args {
     /// Meshes to measure instead of the default ones (PLY or OBJ, also gzip-compressed)
     #[arg(value_name = "MESHES")]
-    meshes: Vec<PathBuf>,
+    pub meshes: Vec<PathBuf>,
     /// Bits a coordinate; 12 where not given, 14 for the dragon and the generated meshes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=24))]
     pub bits: Option<u32>,
@@ -92,4 +92,5 @@ const EXAMPLES: &str = "\
 EXAMPLES
   table                                          everything, written to BENCHMARKS.md
   table --sections main --runs 1                 the main table, quickly
+  table --sections linear 1.ply 2.ply 4.ply      time and memory of growing meshes of one's own
   table --bits 14 --json here.json a.ply b.obj   meshes of one's own";

@@ -1,5 +1,6 @@
 //! Whether time and memory grow in proportion to the mesh.
 
+use super::args::Args;
 use super::cases::Case;
 use super::generate;
 use super::measure::{peak, seconds};
@@ -26,19 +27,26 @@ impl Cost {
     }
 }
 
-/// One row a size, in million triangles; the last row is the largest over the smallest, per triangle.
+/// One row a size, of generated meshes or of those named; the last row is the largest over the smallest, per triangle.
 ///
 /// # Errors
 /// Those of the coders.
-pub fn table(millions: &[f64], bits: Option<u32>) -> anyhow::Result<Table> {
-    let mut table = Table::new("Growing meshes", &[NOTE], &COLUMNS);
+pub fn table(args: &Args) -> anyhow::Result<Table> {
+    let bits = args.bits.unwrap_or(14);
+    let note = if args.meshes.is_empty() { GENERATED } else { "" };
+    let mut table = Table::new("Growing meshes", &[&format!("{note}{NOTE}")], &COLUMNS);
     let mut costs = Vec::new();
-    for &size in millions {
-        eprintln!("generated mesh of {size} million triangles");
-        let cost = measure(size, bits.unwrap_or(14))?;
+    // One mesh after the other, so that memory holds one of them.
+    let sizes = if args.meshes.is_empty() { args.linear.as_slice() } else { &[] };
+    let made = sizes.iter().map(|&millions| generated(millions, bits));
+    let read = args.meshes.iter().map(|path| Case::read(path, bits));
+    for case in made.chain(read) {
+        let case = case?;
+        eprintln!("{}: {} triangles", case.name, case.mesh.triangles.len());
+        let cost = measure(&case)?;
         let [bits, encode, decode, encoding, decoding] = cost.per_triangle();
         table.rows.push(vec![
-            Cell::Text(format!("torus, {size} M")),
+            Cell::text(&case.name),
             Cell::Count(cost.triangles as u64),
             Cell::Number(bits, 2),
             Cell::Number(cost.seconds[0], 2),
@@ -68,10 +76,13 @@ pub fn table(millions: &[f64], bits: Option<u32>) -> anyhow::Result<Table> {
     Ok(table)
 }
 
-fn measure(millions: f64, bits: u32) -> anyhow::Result<Cost> {
+fn generated(millions: f64, bits: u32) -> anyhow::Result<Case> {
     // Twice as many cells along as around.
     let around = (millions * 1e6 / 4.0).sqrt().round().max(8.0) as u32;
-    let case = Case::of("torus".to_owned(), generate::torus(2 * around, around, 1), bits)?;
+    Case::of(format!("torus, {millions} M"), generate::torus(2 * around, around, 1), bits)
+}
+
+fn measure(case: &Case) -> anyhow::Result<Cost> {
     let (encoding, (encode, file)) =
         peak(|| seconds(|| Encoder::new(case.options()).encode_to_vec(&case.mesh)));
     let file = file?;
@@ -98,5 +109,7 @@ const COLUMNS: [&str; 9] = [
     "decode B/triangle",
 ];
 
-const NOTE: &str = "Generated: a rough torus, a third of its cells cut along the other diagonal, so that valences vary. One run each, CPU time of \
+const GENERATED: &str =
+    "Generated: a rough torus, a third of its cells cut along the other diagonal, so that valences vary. ";
+const NOTE: &str = "One run each, CPU time of \
     the one thread; peak memory above the input. In the last row, per triangle, 1 is linear.";

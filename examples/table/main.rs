@@ -67,7 +67,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Dragon => overview::tables("The dragon", &args.cases(&[DRAGON], 14)?, runs)?,
         Section::Progressive => vec![progressive::table(args.bits)?],
         Section::Keyframes => vec![keyframes::table(&args.cases(&MESHES, 12)?)?],
-        Section::Linear => vec![linear::table(&args.linear, args.bits)?],
+        Section::Linear => vec![linear::table(args)?],
         Section::Prefixes => vec![prefixes::table(&args.cases(&[BUNNY], 12)?)?],
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,
         Section::Profiles => vec![profiles::table(&args.cases(&MESHES, 12)?, runs)?],

@@ -103,10 +103,9 @@ fn the_frame_of_the_example_in_chapter_3() {
 #[test]
 fn the_example_of_chapter_7() {
     let square = Level { vertices: 4, triangles: 2, shift: 0, max_error: 0.0, rms_error: 0.0 };
-    let decisions = forge::decisions(&[0x6F, 0x5F, 0x63, 0x8C, 0x82], 4, square);
+    let answers = forge::answers(&[0x6F, 0x5F, 0x63, 0x8C, 0x82], 4, square);
     // R, C, R, C, C behind the first E: C? 0 and R? 1, or C? 1; then the one cap that needs telling.
     let connectivity = [[0, 1].as_slice(), &[1], &[0, 1], &[1], &[1], &[1]].concat();
-    let expected: Vec<bool> = connectivity.into_iter().map(|bit| bit == 1).collect();
-    assert_eq!(decisions[..expected.len()], expected);
-    assert_eq!(forge::decisions(&forge::code(&decisions, 4, square), 4, square), decisions);
+    assert_eq!(answers[..connectivity.len()], connectivity);
+    assert_eq!(forge::answers(&forge::code(&answers, 4, square), 4, square), answers);
 }

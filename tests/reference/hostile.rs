@@ -78,7 +78,7 @@ fn and_a_level(mut draft: Draft, vertices: u32, triangles: u32, bytes: &[u8]) ->
 fn two_triangles_back_to_back() {
     let shape = Level { vertices: 3, triangles: 2, shift: 0, max_error: 0.0, rms_error: 0.0 };
     // The second symbol is C, and all is glued; no caps, all three vertices in one place.
-    let payload = [&[0], &forge::code(&[true], 0, shape)[..]].concat();
+    let payload = [&[0], &forge::code(&[1], 0, shape)[..]].concat();
     let bytes = base_alone(3, 2, vec![atom(BASE, 0, 0, 0, &payload)]).bytes();
     let file = File::read(&bytes).unwrap();
     assert_eq!(by_reference(&file, 0).err().as_deref(), Some("§2.2: rule 4"));
@@ -183,20 +183,20 @@ proptest! {
         let base = file.levels[file.levels.len() - 1];
         let payload = file.payload(BASE, file.levels.len() - 1);
         let edges = u64::from(payload[0]);
-        let mut decisions = forge::decisions(&payload[1..], edges, base);
+        let mut answers = forge::answers(&payload[1..], edges, base);
         for (place, change) in changes {
             // The shape is told first.
-            let place = place.index(decisions.len().min(80));
+            let place = place.index(answers.len().min(80));
             match change {
-                0 => decisions[place] ^= true,
-                1 => decisions.insert(place, true),
-                _ => { decisions.remove(place); }
+                0 => answers[place] ^= 1,
+                1 => answers.insert(place, 1),
+                _ => { answers.remove(place); }
             }
         }
         let edges = edges.saturating_add_signed(boundary);
         for vertices in base.vertices.saturating_sub(2)..=base.vertices + 2 {
             let level = Level { vertices, shift: 0, ..base };
-            let payload = [&[edges as u8], &forge::code(&decisions, edges, level)[..]].concat();
+            let payload = [&[edges as u8], &forge::code(&answers, edges, level)[..]].concat();
             agree(&base_alone(vertices as u32, base.triangles as u32, vec![atom(BASE, 0, 0, 0, &payload)]).bytes());
         }
     }

@@ -4,13 +4,19 @@
 mod connectivity;
 mod container;
 mod contexts;
+mod coordinates;
 mod decode;
 mod entropy;
 mod keyframe;
 mod metadata;
+mod position;
 mod refinement;
 mod residue;
+mod survey;
+mod symbol;
 mod table;
+mod trace;
+mod vector;
 mod walk;
 
 mod agree;

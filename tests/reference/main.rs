@@ -22,6 +22,7 @@ mod walk;
 mod agree;
 mod by_hand;
 mod draft;
+mod examples;
 mod forge;
 mod golden;
 mod hostile;

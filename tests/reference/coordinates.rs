@@ -32,6 +32,7 @@ pub struct Reader<'a, 'b> {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Coordinate {
     pub axis: usize,
+    pub start: i64,
     pub expected: f32,
     pub variance: f32,
     pub octave: i64,
@@ -96,8 +97,20 @@ fn coordinate(
     }
     let low = if shift > 0 { reader.code.bits(shift)? as i64 } else { 0 };
     let found = origin + (high << shift) + low;
-    let read =
-        Coordinate { axis, expected, variance, octave, shift, origin, phase, token, beyond, low, found };
+    let read = Coordinate {
+        axis,
+        start: cell[axis],
+        expected,
+        variance,
+        octave,
+        shift,
+        origin,
+        phase,
+        token,
+        beyond,
+        low,
+        found,
+    };
     reader.trace.push(Step::Coordinate(read));
     cell[axis] += found;
     demand((0..1 << reader.bits).contains(&cell[axis]), "5.4.4: off the lattice")?;

@@ -60,6 +60,7 @@ impl Pass {
             let Step::Coordinate(it) = *step else { return None };
             let Coordinate {
                 axis,
+                start: _,
                 expected,
                 variance,
                 octave,

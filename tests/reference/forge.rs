@@ -3,11 +3,13 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
-use super::container::{Atom, Level, REFINEMENT};
+use super::container::{Atom, Level, REFINEMENT, Result};
+use super::coordinates::Coordinate;
 use super::entropy::{Code, Part, Tap};
 use super::keyframe::read_code;
-use super::refinement::{Models, trace_pass};
+use super::refinement::{Models, bit_length, trace_pass};
 use super::symbol::Symbol;
+use super::trace::Step;
 use super::walk::Mesh;
 
 /// Lattice bits of the levels made here.
@@ -28,15 +30,55 @@ pub fn code(answers: &[u64], boundary: u64, level: Level) -> Vec<u8> {
     encode(tap.into_inner().log.into_iter().map(|(part, _)| part))
 }
 
-/// The bytes of a refinement atom of so many operations, the first one on this mesh, in which a reader finds these
-/// answers, then what a tap's script says. The mesh is that after the pass, as far as it came.
-pub fn refinement(mesh: &mut Mesh, answers: &[u64], items: u64, bits: u32) -> Vec<u8> {
-    let tap = scripted(answers);
-    // Whatever number of triangles there will be.
-    let triangles = 2 * items;
-    let atom = Atom { kind: REFINEMENT, level: 0, items, triangles, length: 0, sum: 0, bytes: vec![] };
-    let _ = trace_pass(mesh, vec![&atom], (0, bits), &mut Models::fresh(), Some(&tap));
-    encode(tap.into_inner().log.into_iter().map(|(part, _)| part))
+/// A level's refinement in one atom.
+pub struct Forged {
+    pub bytes: Vec<u8>,
+    pub vertices: u64,
+    pub triangles: u64,
+    /// What its reader does, and how that ends.
+    pub steps: Vec<Step>,
+    pub verdict: Result<()>,
+}
+
+/// From this mesh on a lattice of so many bits, a code in which a reader finds these answers, then what `Tap::script` says:
+/// for at most so many operations, and no more than there turn out to be.
+pub fn refinement(mesh: impl Fn() -> Mesh, answers: &[u64], most: u64, bits: u32) -> Forged {
+    let pass = |items, triangles| {
+        let (mut mesh, tap) = (mesh(), scripted(answers));
+        let before = (mesh.points.len(), mesh.third.len());
+        let atom = Atom { kind: REFINEMENT, level: 0, items, triangles, length: 0, sum: 0, bytes: vec![] };
+        let models = &mut Models::fresh();
+        let (steps, verdict) = trace_pass(&mut mesh, vec![&atom], (0, bits), models, Some(&tap));
+        let bytes = encode(tap.into_inner().log.into_iter().map(|(part, _)| part));
+        let added = ((mesh.points.len() - before.0) as u64, (mesh.third.len() - before.1) as u64 / 3);
+        (added, Forged { bytes, vertices: items, triangles, steps, verdict })
+    };
+    // Room enough; then just what was met, and the operation that was refused.
+    let ((vertices, triangles), first) = pass(most, 2 * most);
+    let refused = matches!(&first.verdict, Err(why) if !why.starts_with("§5.2"));
+    let (vertices, triangles) = if refused { (vertices + 1, triangles + 2) } else { (vertices, triangles) };
+    pass(vertices.max(1), triangles.max(1)).1
+}
+
+/// The answers to the questions about a coordinate, for another value of `found`, whatever it leads to.
+pub fn coordinate(read: &Coordinate, found: i64) -> Vec<u64> {
+    let high = (found - read.origin) >> read.shift;
+    let mut answers = match high {
+        -7..=6 => vec![(high + 8) as u64],
+        ..-7 => [vec![0], number((-8 - high) as u64)].concat(),
+        7.. => [vec![15], number((high - 7) as u64)].concat(),
+    };
+    if read.shift > 0 {
+        answers.push((found - read.origin - (high << read.shift)) as u64);
+    }
+    answers
+}
+
+/// The decisions of a number (§6.3).
+pub fn number(value: u64) -> Vec<u64> {
+    let length = bit_length(value as i64);
+    let below = (0..length.saturating_sub(1)).rev().map(|i| value >> i & 1);
+    std::iter::repeat_n(1, length).chain([0]).chain(below).collect()
 }
 
 fn scripted(answers: &[u64]) -> RefCell<Tap> {
@@ -79,7 +121,7 @@ fn carry(bytes: &mut [u8], low: &mut u64) {
 #[test]
 fn answers_come_back() {
     let mut model = Symbol::FRESH;
-    let tap = scripted(&(0..3000u64).map(|i| i * i % 67 * (i % 3)).collect::<Vec<_>>());
+    let tap = scripted(&(0..3000u64).map(|i| i * 7 % 67).collect::<Vec<_>>());
     let read = |code: &mut Code, model: &mut Symbol, i: u64| match i % 3 {
         0 => u64::from(code.decide(32 + i * i * 7919 % 65473).unwrap()),
         1 => code.bits(1 + (i % 16) as u32).unwrap(),

@@ -24,6 +24,7 @@ mod by_hand;
 mod draft;
 mod examples;
 mod forge;
+mod forged;
 mod golden;
 mod hostile;
 mod on_shapes;

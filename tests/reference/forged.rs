@@ -205,12 +205,25 @@ fn answers() -> impl Strategy<Value = Vec<u64>> {
     prop::collection::vec(run, 1..30).prop_map(|runs| runs.concat())
 }
 
+/// Shapes drawn out along a line, more or less.
+fn drawn_out() -> impl Strategy<Value = IndexedMesh> {
+    let shape =
+        prop::sample::select(vec![shapes::disc_with_ears(), shapes::tetrahedron(), shapes::grid(4, 4)]);
+    (shape, [-8..9i32, -8..9, -8..9], 0..9).prop_map(|(mut mesh, line, thin)| {
+        for p in &mut mesh.positions {
+            let along = p[0] + 0.01 * p[1];
+            *p = [0, 1, 2].map(|k| along * f64::from(line[k]) + p[k] * 0.1f64.powi(thin));
+        }
+        mesh
+    })
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
 
     #[test]
-    fn any_answers(stage in 0..12usize, answers in answers(), most in 1..40u64) {
-        let stage = stages().swap_remove(stage);
+    fn any_answers(mesh in drawn_out(), bits in 8..25u32, answers in answers(), most in 1..40u64) {
+        let stage = Stage::of(&mesh, bits);
         let level = stage.forge(&answers, most);
         prop_assert_eq!(stage.judge(&level).is_some(), level.verdict.is_ok());
     }

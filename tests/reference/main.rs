@@ -1,6 +1,8 @@
-//! A second decoder, written from `spec/` alone, slow and obvious: one file a chapter. It judges the crate's decoder.
+//! A second decoder, written from `spec/` alone, slow and obvious: a file for a chapter or a part of one. It judges the
+//! crate's decoder.
 #![cfg(feature = "encode")]
 
+mod codes;
 mod connectivity;
 mod container;
 mod contexts;

@@ -1,7 +1,6 @@
 //! Chapters 5.4.1 to 5.4.3: where a new vertex is expected.
 
 use super::container::Result;
-use super::contexts::feature;
 use super::coordinates::{Reader, locate};
 use super::trace::{Placed, Step};
 use super::vector::{Vector, clamp, cross, dot, exponent, larger};
@@ -191,4 +190,32 @@ impl Models {
         let means = [0, 1, 2].map(|i| self.mean[i][frame.octave][frame.classes[i]]);
         (means, [0, 1].map(|i| self.slope[i][frame.classes[i + 1]]))
     }
+}
+
+/// feature(x).
+fn feature(x: f32) -> usize {
+    (exponent(x).clamp(-7, 0) + 7) as usize
+}
+
+#[test]
+fn features_are_octaves() {
+    assert_eq!([0.0, 1e-9, 0.01, -0.5, 0.9, 1.0, -1e9].map(feature), [0, 0, 0, 6, 6, 7, 7]);
+}
+
+#[test]
+fn models_forget_slowly_and_stay_in_bounds() {
+    let mut slope = Slope { products: 2.0, squares: 4.0 };
+    slope.learn(20.0, 80.0);
+    assert_eq!(slope, Slope { products: 801.0, squares: 202.0 });
+    assert_eq!(slope.slope(), 2.0);
+    slope.learn(-20.0, 80.0);
+    assert_eq!(slope, Slope { products: -799.0 / 2.0, squares: 301.0 });
+    assert_eq!(slope.slope(), -799.0 / 602.0);
+
+    let mut mean = Mean { mean: 0.0, count: 0 };
+    mean.learn(5.0);
+    assert_eq!(mean.mean, 1.0);
+    (0..100).for_each(|_| mean.learn(mean.mean));
+    mean.learn(65.0);
+    assert_eq!(mean.mean, 2.0, "one part in 64");
 }

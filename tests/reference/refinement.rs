@@ -3,10 +3,11 @@
 use std::cell::RefCell;
 use std::collections::VecDeque;
 
+use super::codes::Codes;
 use super::container::{Atom, Result, demand};
 use super::contexts;
 use super::coordinates::{self, Reader};
-use super::entropy::{Code, Model, Tap};
+use super::entropy::{Model, Tap};
 use super::position::{self, Frame};
 use super::survey::Survey;
 use super::trace::Step;
@@ -46,50 +47,6 @@ pub fn from_cell(x: i64, shift: u32) -> i64 {
 /// Number of bits of a number: 0 for 0, else 1 + floor(log2 m).
 pub fn bit_length(m: i64) -> usize {
     (0..).find(|&n| m < 1 << n).unwrap_or(63)
-}
-
-/// The atoms of a pass, one code after the other (§5.2).
-struct Codes<'a> {
-    atoms: VecDeque<&'a Atom>,
-    code: Code<'a>,
-    tap: Option<&'a RefCell<Tap>>,
-    /// What the first of `atoms` still lacks.
-    items: u64,
-    triangles: u64,
-}
-
-impl<'a> Codes<'a> {
-    fn of(atoms: Vec<&'a Atom>, tap: Option<&'a RefCell<Tap>>) -> Self {
-        let mut codes = Self { atoms: atoms.into(), code: Code::start(&[]), tap, items: 0, triangles: 0 };
-        codes.open();
-        codes
-    }
-
-    fn open(&mut self) {
-        if let Some(atom) = self.atoms.front() {
-            self.code =
-                self.tap.map_or_else(|| Code::start(&atom.bytes), |tap| Code::tapped(&atom.bytes, tap));
-            (self.items, self.triangles) = (atom.items, atom.triangles);
-        }
-    }
-
-    /// Says that an item is complete, which added so many triangles.
-    fn item(&mut self, triangles: u64) -> Result<()> {
-        demand(triangles <= self.triangles, "5.2: triangles of an atom")?;
-        self.triangles -= triangles;
-        self.items -= 1;
-        if self.items == 0 {
-            demand(self.triangles == 0, "5.2: triangles of an atom")?;
-            std::mem::replace(&mut self.code, Code::start(&[])).end()?;
-            self.atoms.pop_front();
-            self.open();
-        }
-        Ok(())
-    }
-
-    fn complete(&self) -> bool {
-        self.atoms.is_empty()
-    }
 }
 
 /// §5.6: from the shift `from` to the shift `to`.

@@ -40,9 +40,9 @@ pub fn file() -> Draft {
         atom(PRECISION, 0, 3, 0, &[0x1E, 0x40]),
         optional(255, &[0]),
         atom(PRECISION, 0, 5, 0, &[0x40, 0x70, 0, 0, 0]),
-        atom(REFINEMENT, 0, 1, 2, &[0x62, 0x31, 0x2D, 0x80, 0]),
+        atom(REFINEMENT, 0, 1, 2, &[0x4C, 0xED, 0]),
         optional(128, b"between operations"),
-        atom(REFINEMENT, 0, 1, 1, &[0xC2, 0xA8, 0x60]),
+        atom(REFINEMENT, 0, 1, 1, &[0xB6, 0x17, 0x74]),
         optional(129, b"behind the last level"),
     ];
     Draft { header, levels, atoms }
@@ -67,7 +67,7 @@ fn both_decoders_read_it() {
 #[test]
 fn zeros_at_the_end_have_a_measure() {
     // By the place of its atom, the bytes each code has with all its zeros.
-    for (place, whole_length) in [(5, 5), (7, 5), (8, 7), (10, 6)] {
+    for (place, whole_length) in [(5, 5), (7, 5), (8, 6), (10, 6)] {
         let mut draft = file();
         let bare = draft.atoms[place].bytes.clone();
         for length in bare.len()..=whole_length {
@@ -103,10 +103,9 @@ fn the_frame_of_the_example_in_chapter_3() {
 #[test]
 fn the_example_of_chapter_7() {
     let square = Level { vertices: 4, triangles: 2, shift: 0, max_error: 0.0, rms_error: 0.0 };
-    let decisions = forge::decisions(&[0x6F, 0x5F, 0x63, 0x8C, 0x82], 4, square);
+    let answers = forge::answers(&[0x6F, 0x5F, 0x63, 0x8C, 0x82], 4, square);
     // R, C, R, C, C behind the first E: C? 0 and R? 1, or C? 1; then the one cap that needs telling.
     let connectivity = [[0, 1].as_slice(), &[1], &[0, 1], &[1], &[1], &[1]].concat();
-    let expected: Vec<bool> = connectivity.into_iter().map(|bit| bit == 1).collect();
-    assert_eq!(decisions[..expected.len()], expected);
-    assert_eq!(forge::decisions(&forge::code(&decisions, 4, square), 4, square), decisions);
+    assert_eq!(answers[..connectivity.len()], connectivity);
+    assert_eq!(forge::answers(&forge::code(&answers, 4, square), 4, square), answers);
 }

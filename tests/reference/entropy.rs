@@ -1,4 +1,4 @@
-//! Chapter 6: range coder, binary models, numbers.
+//! Chapters 6.1 to 6.3: range coder, binary models, numbers.
 
 use std::cell::RefCell;
 use std::collections::VecDeque;
@@ -14,13 +14,29 @@ pub struct Code<'a> {
     tap: Option<&'a RefCell<Tap>>,
 }
 
-/// For forged codes: decisions made, and decisions to make in place of those of the bytes.
+/// What a step leaves of the range: from `start` to `end`, in units of 2^-shift of it, or all from `start` on.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Part {
+    pub shift: u32,
+    pub start: u64,
+    pub end: Option<u64>,
+}
+
+impl Part {
+    /// How much of a range it is.
+    pub fn width(&self, range: u64) -> u64 {
+        let unit = range >> self.shift;
+        self.end.map_or(range - unit * self.start, |end| unit * (end - self.start))
+    }
+}
+
+/// For forged codes: steps made, and answers to give in place of those of the bytes.
 #[derive(Default)]
 pub struct Tap {
-    /// What `decide` was asked and answered.
-    pub log: Vec<(u64, bool)>,
-    /// What it is to answer, then 0.
-    pub script: Option<VecDeque<bool>>,
+    /// What was left of the range, and what that meant: a decision, a number of `bits`, or a symbol.
+    pub log: Vec<(Part, u64)>,
+    /// What is to be answered, then no to decisions, 0 to `bits`, and the symbol in the middle.
+    pub script: Option<VecDeque<u64>>,
 }
 
 impl<'a> Code<'a> {
@@ -90,22 +106,44 @@ impl<'a> Code<'a> {
     }
 
     pub fn decide(&mut self, zero: u64) -> Result<bool> {
-        let bound = (self.range >> 16) * zero;
-        let mut bit = self.code >= bound;
+        let bit = self.answer(u64::from(self.value(16) >= zero), 0) > 0;
+        let part = if bit { (zero, None) } else { (0, Some(zero)) };
+        self.take(Part { shift: 16, start: part.0, end: part.1 }, u64::from(bit))?;
+        Ok(bit)
+    }
+
+    /// A number of n bits.
+    pub fn bits(&mut self, n: u32) -> Result<u64> {
+        let last = (1 << n) - 1;
+        let value = self.answer(self.value(n), 0).min(last);
+        self.take(Part { shift: n, start: value, end: (value < last).then_some(value + 1) }, value)?;
+        Ok(value)
+    }
+
+    /// The place of the code in the range, in units of 2^-shift of it.
+    pub fn value(&self, shift: u32) -> u64 {
+        (self.code / (self.range >> shift)).min((1 << shift) - 1)
+    }
+
+    /// The answer of the script, if there is one.
+    pub fn answer(&self, found: u64, otherwise: u64) -> u64 {
+        let Some(tap) = self.tap else { return found };
+        let script = &mut tap.borrow_mut().script;
+        script.as_mut().map_or(found, |script| script.pop_front().unwrap_or(otherwise))
+    }
+
+    /// Goes on in a part of the range.
+    pub fn take(&mut self, part: Part, answer: u64) -> Result<()> {
         if let Some(tap) = self.tap {
             let Tap { log, script } = &mut *tap.borrow_mut();
-            bit = script.as_mut().map_or(bit, |script| script.pop_front().unwrap_or(false));
-            log.push((zero, bit));
+            log.push((part, answer));
             if script.is_some() {
-                return Ok(bit);
+                return Ok(());
             }
         }
-        if bit {
-            self.range -= bound;
-            self.code -= bound;
-        } else {
-            self.range = bound;
-        }
+        let unit = self.range >> part.shift;
+        self.code -= unit * part.start;
+        self.range = part.width(self.range);
         while self.range < 1 << 24 {
             self.range *= 256;
             self.code = (self.code * 256 + self.byte()) % (1 << 32);
@@ -113,7 +151,12 @@ impl<'a> Code<'a> {
         if self.asked > self.bytes.len() + 32 {
             return refuse("6.1: the code is too short");
         }
-        Ok(bit)
+        Ok(())
+    }
+
+    /// Bytes asked for.
+    pub fn asked(&self) -> usize {
+        self.asked
     }
 
     fn byte(&mut self) -> u64 {

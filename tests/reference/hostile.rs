@@ -2,7 +2,6 @@
 
 use proptest::prelude::*;
 use unweld::encoder::{Encoder, Keyframes, Options};
-use unweld::mesh::shapes;
 
 use super::agree::{agree, by_reference};
 use super::container::{Atom, BASE, File, Level, REFINEMENT, RESIDUE};
@@ -10,7 +9,6 @@ use super::draft::{Draft, atom};
 use super::forge;
 use super::golden::load;
 use super::on_shapes::{every_shape, soup};
-use super::residue::Whole;
 
 /// How many of these files are read, of how many.
 fn judge(files: impl Iterator<Item = Vec<u8>>) -> (usize, usize) {
@@ -59,7 +57,7 @@ fn base_alone(vertices: u32, triangles: u32, atoms: Vec<Atom>) -> Draft {
 }
 
 /// The same with a level 0 that adds these vertices and triangles.
-fn and_a_level(mut draft: Draft, vertices: u32, triangles: u32, bytes: &[u8]) -> Draft {
+pub fn and_a_level(mut draft: Draft, vertices: u32, triangles: u32, bytes: &[u8]) -> Draft {
     for (place, added) in [(12, vertices), (16, triangles)] {
         let count = u32::from_le_bytes(std::array::from_fn(|i| draft.header[place + i])) + added;
         draft.header[place..place + 4].copy_from_slice(&count.to_le_bytes());
@@ -78,40 +76,11 @@ fn and_a_level(mut draft: Draft, vertices: u32, triangles: u32, bytes: &[u8]) ->
 fn two_triangles_back_to_back() {
     let shape = Level { vertices: 3, triangles: 2, shift: 0, max_error: 0.0, rms_error: 0.0 };
     // The second symbol is C, and all is glued; no caps, all three vertices in one place.
-    let payload = [&[0], &forge::code(&[true], 0, shape)[..]].concat();
+    let payload = [&[0], &forge::code(&[1], 0, shape)[..]].concat();
     let bytes = base_alone(3, 2, vec![atom(BASE, 0, 0, 0, &payload)]).bytes();
     let file = File::read(&bytes).unwrap();
     assert_eq!(by_reference(&file, 0).err().as_deref(), Some("§2.2: rule 4"));
     assert!(agree(&bytes).is_none());
-}
-
-/// An encoder stops at smaller stars; a reader that is told to flip goes on up to 64 triangles.
-#[test]
-fn the_largest_star() {
-    let mut options = Options { position_bits: 8, ..Options::default() };
-    options.simplify.base_vertices = Some(1000);
-    let torus = Encoder::new(options).encode_to_vec(&shapes::torus(16, 16)).unwrap();
-    let payload = File::read(&torus).unwrap().payload(BASE, 0);
-    let base = base_alone(256, 512, vec![atom(BASE, 0, 0, 0, &payload)]);
-    // A split of the first edge, and three zeros for its position: each the lower part of the range, as in §6.4.
-    let low = 0x7FFF_8000;
-    let range = [32768, 54591, 58956].iter().fold(0xFFFF_FFFF - low, |range: u32, zero| (range >> 16) * zero);
-    // At the very end of a range every further decision is 1, as long as the bytes last.
-    let start = (low + range - 1).to_be_bytes();
-    let mut largest = 0;
-    for length in 0..40 {
-        let code = [&start[..], &vec![0xFF; length]].concat();
-        let bytes = and_a_level(base.clone(), 1, 2, &code).bytes();
-        if let Some(seen) = agree(&bytes) {
-            let vertices = 0..seen.whole.positions.len();
-            largest = vertices.map(|v| valence(&seen.whole, v)).fold(largest, usize::max);
-        }
-    }
-    assert_eq!(largest, 64);
-}
-
-fn valence(whole: &Whole, v: usize) -> usize {
-    whole.triangles.iter().filter(|t| t.contains(&v)).count()
 }
 
 #[test]
@@ -183,20 +152,20 @@ proptest! {
         let base = file.levels[file.levels.len() - 1];
         let payload = file.payload(BASE, file.levels.len() - 1);
         let edges = u64::from(payload[0]);
-        let mut decisions = forge::decisions(&payload[1..], edges, base);
+        let mut answers = forge::answers(&payload[1..], edges, base);
         for (place, change) in changes {
             // The shape is told first.
-            let place = place.index(decisions.len().min(80));
+            let place = place.index(answers.len().min(80));
             match change {
-                0 => decisions[place] ^= true,
-                1 => decisions.insert(place, true),
-                _ => { decisions.remove(place); }
+                0 => answers[place] ^= 1,
+                1 => answers.insert(place, 1),
+                _ => { answers.remove(place); }
             }
         }
         let edges = edges.saturating_add_signed(boundary);
         for vertices in base.vertices.saturating_sub(2)..=base.vertices + 2 {
             let level = Level { vertices, shift: 0, ..base };
-            let payload = [&[edges as u8], &forge::code(&decisions, edges, level)[..]].concat();
+            let payload = [&[edges as u8], &forge::code(&answers, edges, level)[..]].concat();
             agree(&base_alone(vertices as u32, base.triangles as u32, vec![atom(BASE, 0, 0, 0, &payload)]).bytes());
         }
     }

@@ -1,22 +1,32 @@
-//! A second decoder, written from `spec/` alone, slow and obvious: one file a chapter. It judges the crate's decoder.
+//! A second decoder, written from `spec/` alone, slow and obvious: a file for a chapter or a part of one. It judges the
+//! crate's decoder.
 #![cfg(feature = "encode")]
 
+mod codes;
 mod connectivity;
 mod container;
 mod contexts;
+mod coordinates;
 mod decode;
 mod entropy;
 mod keyframe;
 mod metadata;
+mod position;
 mod refinement;
 mod residue;
+mod survey;
+mod symbol;
 mod table;
+mod trace;
+mod vector;
 mod walk;
 
 mod agree;
 mod by_hand;
 mod draft;
+mod examples;
 mod forge;
+mod forged;
 mod golden;
 mod hostile;
 mod on_shapes;

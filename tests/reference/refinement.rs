@@ -1,30 +1,39 @@
 //! Chapter 5: from a level to the next finer one.
 
+use std::cell::RefCell;
 use std::collections::VecDeque;
 
-use super::container::{Atom, Result, demand, refuse};
+use super::codes::Codes;
+use super::container::{Atom, Result, demand};
 use super::contexts;
-use super::entropy::{Code, Model, Number};
+use super::coordinates::{self, Reader};
+use super::entropy::{Model, Tap};
+use super::position::{self, Frame};
+use super::survey::Survey;
+use super::trace::Step;
+use super::vector::{Vector, dot, larger};
 use super::walk::{Edge, Mesh, Walk};
 
 /// The models of a segment (§5.2).
 pub struct Models {
-    split: [[[Model; 9]; 5]; 2],
-    flip: [[Model; 8]; 6],
+    split: [[[Model; 28]; 5]; 2],
+    flip: [[Model; 16]; 5],
     face: Model,
     attach: Model,
-    position: Vec<Vec<Number>>,
+    coordinates: coordinates::Models,
+    splits: position::Models,
     precision: [Model; 3],
 }
 
 impl Models {
     pub fn fresh() -> Self {
         Self {
-            split: [[[Model::FRESH; 9]; 5]; 2],
-            flip: [[Model::FRESH; 8]; 6],
+            split: [[[Model::FRESH; 28]; 5]; 2],
+            flip: [[Model::FRESH; 16]; 5],
             face: Model::FRESH,
             attach: Model::FRESH,
-            position: vec![vec![Number::FRESH; 33]; 3],
+            coordinates: coordinates::Models::fresh(),
+            splits: position::Models::fresh(),
             precision: [Model::FRESH; 3],
         }
     }
@@ -40,47 +49,6 @@ pub fn bit_length(m: i64) -> usize {
     (0..).find(|&n| m < 1 << n).unwrap_or(63)
 }
 
-/// The atoms of a pass, one code after the other (§5.2).
-struct Codes<'a> {
-    atoms: VecDeque<&'a Atom>,
-    code: Code<'a>,
-    /// What the first of `atoms` still lacks.
-    items: u64,
-    triangles: u64,
-}
-
-impl<'a> Codes<'a> {
-    fn of(atoms: Vec<&'a Atom>) -> Self {
-        let mut codes = Self { atoms: atoms.into(), code: Code::start(&[]), items: 0, triangles: 0 };
-        codes.open();
-        codes
-    }
-
-    fn open(&mut self) {
-        if let Some(atom) = self.atoms.front() {
-            (self.code, self.items, self.triangles) = (Code::start(&atom.bytes), atom.items, atom.triangles);
-        }
-    }
-
-    /// Says that an item is complete, which added so many triangles.
-    fn item(&mut self, triangles: u64) -> Result<()> {
-        demand(triangles <= self.triangles, "5.2: triangles of an atom")?;
-        self.triangles -= triangles;
-        self.items -= 1;
-        if self.items == 0 {
-            demand(self.triangles == 0, "5.2: triangles of an atom")?;
-            std::mem::replace(&mut self.code, Code::start(&[])).end()?;
-            self.atoms.pop_front();
-            self.open();
-        }
-        Ok(())
-    }
-
-    fn complete(&self) -> bool {
-        self.atoms.is_empty()
-    }
-}
-
 /// §5.6: from the shift `from` to the shift `to`.
 pub fn precision_pass(
     mesh: &mut Mesh,
@@ -88,7 +56,7 @@ pub fn precision_pass(
     (from, to): (u32, u32),
     models: &mut Models,
 ) -> Result<()> {
-    let mut codes = Codes::of(atoms);
+    let mut codes = Codes::of(atoms, None);
     let vertices = Walk::of(mesh).vertices(mesh);
     for t in (to..from).rev() {
         for &v in &vertices {
@@ -111,33 +79,53 @@ pub fn level_pass(
     (shift, bits): (u32, u32),
     models: &mut Models,
 ) -> Result<()> {
+    trace_pass(mesh, atoms, (shift, bits), models, None).1
+}
+
+/// The same; all codes may be tapped. What has been done is told even where it ends in a refusal.
+pub fn trace_pass(
+    mesh: &mut Mesh,
+    atoms: Vec<&Atom>,
+    (shift, bits): (u32, u32),
+    models: &mut Models,
+    tap: Option<&RefCell<Tap>>,
+) -> (Vec<Step>, Result<()>) {
     let walk = Walk::of(mesh);
-    let boundary = walk.boundary(mesh);
+    let survey = Survey::of(mesh, &walk, |v| mesh.points[v].map(|x| x >> shift));
     let old = mesh.points.len();
-    let mut pass = Pass { mesh, codes: Codes::of(atoms), models, shift, bits, old };
-    for k in walk.edges {
-        pass.split(k)?;
-    }
-    for c in walk.triangles {
-        pass.face_split(c)?;
-    }
-    for edge in boundary {
-        pass.attach(edge)?;
-    }
-    demand(pass.codes.complete(), "5.2: the pass ends before its atoms")
+    let codes = Codes::of(atoms, tap);
+    let mut pass = Pass { mesh, survey, codes, models, shift, bits, old, trace: Vec::new() };
+    let result = pass.run(walk);
+    (pass.trace, result)
 }
 
 struct Pass<'a> {
     mesh: &'a mut Mesh,
+    survey: Survey,
     codes: Codes<'a>,
     models: &'a mut Models,
     shift: u32,
     bits: u32,
     /// Vertices from this one on are new.
     old: usize,
+    trace: Vec<Step>,
 }
 
-impl Pass<'_> {
+impl<'a> Pass<'a> {
+    fn run(&mut self, walk: Walk) -> Result<()> {
+        let boundary = walk.boundary(self.mesh);
+        for k in walk.edges {
+            self.split(k)?;
+        }
+        for c in walk.triangles {
+            self.face_split(c)?;
+        }
+        for edge in boundary {
+            self.attach(edge)?;
+        }
+        demand(self.codes.complete(), "5.2: the pass ends before its atoms")
+    }
+
     fn split(&mut self, k: Edge) -> Result<()> {
         let o = (k.1, k.0);
         if self.codes.complete()
@@ -146,13 +134,19 @@ impl Pass<'_> {
         {
             return Ok(());
         }
-        let [kind, closed, ratio] = contexts::split(self.mesh, k, |v| self.cell(v), |c| self.is_starred(c));
-        if !self.codes.code.read(&mut self.models.split[kind][closed][ratio])? {
+        let context = contexts::split(self.mesh, &self.survey, k, |v| self.cell(v), |c| self.is_starred(c));
+        let model = &mut self.models.split[context.kind][context.closed][context.class];
+        let yes = self.codes.code.read(model)?;
+        self.trace.push(Step::Split(k, context, yes));
+        if !yes {
             return Ok(());
         }
         let (a, b) = k;
-        let (p, q) = (self.cell(a), self.cell(b));
-        let v = self.vertex(0, [0, 1, 2].map(|i| (p[i] + q[i]) / 2), contexts::extent(p, q), a)?;
+        let start = self.cell(a);
+        let frame = Frame::of(self.mesh, k, |v| self.cell(v));
+        let (mut reader, splits) = self.reader();
+        let cell = position::split(start, frame, splits, &mut reader)?;
+        let v = self.vertex(cell, a);
         let c = self.mesh.tip(k);
         let mut link = vec![(b, c), (c, a)];
         let interior = self.mesh.third.get(&o).copied();
@@ -182,8 +176,10 @@ impl Pass<'_> {
             if [p, q, r].iter().any(|&w| w >= self.old && w != v) || r == v || ring.contains(&r) {
                 continue;
             }
-            let angle = contexts::angle([v, r, p, q].map(|w| self.cell(w)));
-            if self.codes.code.read(&mut self.models.flip[(size - 2).min(5)][angle])? {
+            let context = contexts::flip([v, r, p, q].map(|w| self.cell(w)));
+            let yes = self.codes.code.read(&mut self.models.flip[context.bend][context.angle])?;
+            self.trace.push(Step::Flip((p, q), r, context, yes));
+            if yes {
                 self.mesh.remove([v, p, q]);
                 self.mesh.remove([r, q, p]);
                 self.mesh.add([v, p, r]);
@@ -198,13 +194,20 @@ impl Pass<'_> {
     }
 
     fn face_split(&mut self, c: Edge) -> Result<()> {
-        if self.codes.complete() || self.is_starred(c) || !self.codes.code.read(&mut self.models.face)? {
+        if self.codes.complete() || self.is_starred(c) {
             return Ok(());
         }
+        let yes = self.codes.code.read(&mut self.models.face)?;
         let [x, y, z] = self.mesh.triangle(c);
-        let [p, q, r] = [x, y, z].map(|w| self.cell(w));
-        let extent = contexts::extent(p, q).max(contexts::extent(q, r));
-        let v = self.vertex(1, [0, 1, 2].map(|i| (p[i] + q[i] + r[i]) / 3), extent, x)?;
+        self.trace.push(Step::Face([x, y, z], yes));
+        if !yes {
+            return Ok(());
+        }
+        let start = self.cell(x);
+        let [to_y, to_z] = [y, z].map(|w| Vector::between(start, self.cell(w)));
+        let size = larger(dot(to_y, to_y), dot(to_z, to_z)).sqrt();
+        let cell = position::near(start, (to_y + to_z) * (1.0 / 3.0), size, &mut self.reader().0)?;
+        let v = self.vertex(cell, x);
         self.mesh.remove([x, y, z]);
         for (a, b) in [(x, y), (y, z), (z, x)] {
             self.mesh.add([a, b, v]);
@@ -215,27 +218,34 @@ impl Pass<'_> {
     fn attach(&mut self, (a, b): Edge) -> Result<()> {
         let third = &self.mesh.third;
         let still = third.contains_key(&(a, b)) && !third.contains_key(&(b, a));
-        if self.codes.complete() || !still || !self.codes.code.read(&mut self.models.attach)? {
+        if self.codes.complete() || !still {
             return Ok(());
         }
-        let (p, q) = (self.cell(a), self.cell(b));
-        let v = self.vertex(2, [0, 1, 2].map(|i| (p[i] + q[i]) / 2), contexts::extent(p, q), a)?;
+        let yes = self.codes.code.read(&mut self.models.attach)?;
+        self.trace.push(Step::Attach((a, b), yes));
+        if !yes {
+            return Ok(());
+        }
+        let start = self.cell(a);
+        let edge = Vector::between(start, self.cell(b));
+        let cell = position::near(start, edge * 0.5, dot(edge, edge).sqrt(), &mut self.reader().0)?;
+        let v = self.vertex(cell, a);
         self.mesh.add([b, a, v]);
         self.codes.item(1)
     }
 
-    /// §5.4: a vertex in the component of another.
-    fn vertex(&mut self, kind: usize, prediction: [i64; 3], context: usize, near: usize) -> Result<usize> {
-        let mut cell = prediction;
-        for x in &mut cell {
-            *x += self.codes.code.signed(&mut self.models.position[kind][context])?;
-        }
-        if cell.iter().any(|x| !(0..1 << (self.bits - self.shift)).contains(x)) {
-            return refuse("5.4: off the lattice");
-        }
+    /// What a position is read with; the models are those of splits alone.
+    fn reader(&mut self) -> (Reader<'_, 'a>, &mut position::Models) {
+        let Models { coordinates, splits, .. } = &mut *self.models;
+        let bits = self.bits - self.shift;
+        (Reader { code: &mut self.codes.code, models: coordinates, bits, trace: &mut self.trace }, splits)
+    }
+
+    /// A vertex with this cell in the component of another.
+    fn vertex(&mut self, cell: [i64; 3], near: usize) -> usize {
         self.mesh.points.push(cell.map(|x| from_cell(x, self.shift)));
         self.mesh.component.push(self.mesh.component[near]);
-        Ok(self.mesh.points.len() - 1)
+        self.mesh.points.len() - 1
     }
 
     fn cell(&self, v: usize) -> [i64; 3] {

@@ -1,0 +1,219 @@
+//! The examples of §5.7, question by question and number by number. A decimal stands for the one binary32 number it is
+//! nearest to, as in the text.
+
+use super::agree::agree;
+use super::by_hand;
+use super::container::{Atom, BASE, Level, PRECISION, REFINEMENT};
+use super::coordinates::Coordinate;
+use super::draft::atom;
+use super::keyframe;
+use super::refinement::{Models, trace_pass};
+use super::trace::{Placed, Step};
+use super::walk::{Edge, Mesh};
+
+type Point = [i64; 3];
+
+/// What a level pass on 8 bits does.
+struct Pass {
+    mesh: Mesh,
+    steps: Vec<Step>,
+}
+
+impl Pass {
+    fn of(payload: &[u8], [vertices, triangles]: [u64; 2], atom: Atom) -> Self {
+        let level = Level { vertices, triangles, shift: 0, max_error: 0.0, rms_error: 0.0 };
+        let mut mesh = keyframe::read(payload, level, 8).unwrap();
+        let (steps, result) = trace_pass(&mut mesh, vec![&atom], (0, 8), &mut Models::fresh(), None);
+        result.unwrap();
+        Self { mesh, steps }
+    }
+
+    /// The decisions, with their models and the numbers these were chosen by; vertices by the letters of their points.
+    fn questions(&self, points: &[(char, Point)]) -> Vec<String> {
+        let letter = |v: usize| {
+            let (letter, _) = points.iter().find(|(_, point)| *point == self.mesh.points[v]).unwrap();
+            *letter
+        };
+        let arrow = |(a, b): Edge| format!("{}→{}", letter(a), letter(b));
+        let question = |step: &Step| match *step {
+            Step::Split(k, c, yes) => {
+                let model = format!("[{}][{}][{}]", c.kind, c.closed, c.class);
+                Some(format!("split {}? {model} {} {}", arrow(k), u8::from(yes), c.size))
+            }
+            Step::Flip(edge, r, c, yes) => {
+                let model = format!("[{}][{}]", c.bend, c.angle);
+                let beyond = format!("flip {}, r = {}?", arrow(edge), letter(r));
+                Some(format!("{beyond} {model} {} {} {}", u8::from(yes), c.sum, c.cosine))
+            }
+            Step::Face(t, yes) => {
+                Some(format!("face {}? {}", t.map(letter).iter().collect::<String>(), u8::from(yes)))
+            }
+            Step::Attach(edge, yes) => Some(format!("attach {}? {}", arrow(edge), u8::from(yes))),
+            _ => None,
+        };
+        self.steps.iter().filter_map(question).collect()
+    }
+
+    /// Of each coordinate: axis, expected, variance; octave, shift, origin, phase, token, beyond, low, found.
+    fn coordinates(&self) -> Vec<(usize, f32, f32, [i64; 8])> {
+        let row = |step: &Step| {
+            let Step::Coordinate(it) = *step else { return None };
+            let Coordinate {
+                axis,
+                start: _,
+                expected,
+                variance,
+                octave,
+                shift,
+                origin,
+                phase,
+                token,
+                beyond,
+                low,
+                found,
+            } = it;
+            let integers = [octave, shift.into(), origin, phase as i64, token, beyond, low, found];
+            Some((axis, expected, variance, integers))
+        };
+        self.steps.iter().filter_map(row).collect()
+    }
+
+    fn placed(&self) -> Vec<Placed> {
+        let placed = |step: &Step| if let Step::Placed(it) = step { Some((**it).clone()) } else { None };
+        self.steps.iter().filter_map(placed).collect()
+    }
+
+    fn axes(&self) -> Vec<[f32; 3]> {
+        self.steps.iter().filter_map(|s| if let Step::Axes(abc) = s { Some(*abc) } else { None }).collect()
+    }
+}
+
+#[test]
+fn the_square() {
+    let base = [0x04, 0x6F, 0x5F, 0x63, 0x8C, 0x82];
+    let pass = Pass::of(&base, [4, 2], atom(REFINEMENT, 0, 2, 3, &[0x4C, 0xED, 0x01, 0x80, 0xA4]));
+    let points = [('A', [0, 0, 0]), ('B', [255, 0, 0]), ('C', [255, 255, 0]), ('D', [0, 255, 0])];
+    assert_eq!(
+        pass.questions(&points),
+        [
+            "split A→B? [1][1][16] 0 1.125",
+            "split B→C? [1][1][16] 0 1.125",
+            "split C→A? [0][4][21] 1 2.56",
+            "attach A→B? 1",
+        ]
+    );
+    assert_eq!(pass.mesh.points[4..], [[130, 120, 9], [128, 0, 40]]);
+    assert_eq!(
+        pass.coordinates(),
+        [
+            (0, -127.5, 2032.0315, [14, 4, -127, 0, 8, 0, 2, -125]),
+            (1, -127.5, 2032.0315, [14, 4, -127, 0, 7, 0, 8, -135]),
+            (2, 0.0, 508.00787, [12, 3, 0, 0, 9, 0, 1, 9]),
+            (0, 127.5, 2601.0, [15, 4, 128, 0, 8, 0, 0, 128]),
+            (1, 0.0, 2601.0, [15, 4, 0, 0, 8, 0, 0, 0]),
+            (2, 0.0, 2601.0, [15, 4, 0, 0, 10, 0, 8, 40]),
+        ]
+    );
+    let [v] = &pass.placed()[..] else { panic!("one split") };
+    assert_eq!((v.frame.features, v.frame.classes, v.frame.octave), ([0.0; 2], [0; 3], 16));
+    assert_eq!(v.errors, [0.009803922, 0.019607844, 0.02495671]);
+    assert_eq!(v.means.map(|m| m.mean), [0.08196078, 0.08392157, 0.044991344]);
+    assert_eq!(v.slopes.map(|s| (s.products, s.squares)), [(2.0, 4.0), (1.0, 4.0)]);
+}
+
+#[test]
+fn the_square_from_a_coarser_lattice() {
+    let mut draft = by_hand::file();
+    draft.atoms = vec![
+        atom(BASE, 1, 0, 0, &[0x04, 0x6F, 0x5F, 0x4E, 0x2E, 0xE0]),
+        atom(PRECISION, 0, 8, 0, &[0x1E, 0x36, 0x64]),
+        atom(REFINEMENT, 0, 2, 3, &[0x4C, 0xED, 0x01, 0x80, 0xA4]),
+    ];
+    let in_other_pieces = agree(&by_hand::file().bytes()).unwrap();
+    assert_eq!(agree(&draft.bytes()).unwrap(), in_other_pieces);
+    // As the base stands in the middle of its cells.
+    let level = Level { vertices: 4, triangles: 2, shift: 2, max_error: 0.0, rms_error: 0.0 };
+    let mut points = keyframe::read(&draft.atoms[0].bytes, level, 8).unwrap().points;
+    points.sort_unstable();
+    assert_eq!(points, [[2, 2, 2], [2, 254, 2], [254, 2, 2], [254, 254, 2]]);
+}
+
+#[test]
+fn the_octahedron() {
+    let base = [0, 0x5B, 0xFA, 0xAE, 0x2D, 0x66, 0x71, 0xE6, 0xED, 0x55, 0x67, 0xFC, 0x93, 0xC6, 0x2C];
+    let code = [0xC4, 0xA6, 0x51, 0x8C, 0xCC, 0x30, 0x80];
+    let pass = Pass::of(&base, [6, 8], atom(REFINEMENT, 0, 3, 6, &code));
+    let points = [
+        ('A', [20, 10, 9]),
+        ('B', [10, 21, 10]),
+        ('C', [0, 10, 11]),
+        ('D', [11, 0, 10]),
+        ('E', [9, 10, 18]),
+        ('F', [10, 10, 2]),
+        ('G', [17, 18, 10]),
+        ('H', [3, 3, 22]),
+        ('I', [14, 4, 15]),
+    ];
+    assert_eq!(
+        pass.questions(&points),
+        [
+            "split A→B? [0][0][20] 1 2.185327",
+            "flip B→E, r = C? [3][11] 1 0.87817794 0.70417464",
+            "flip E→A, r = D? [2][11] 0 0.74577713 0.8267751",
+            "flip A→F, r = D? [3][12] 0 1.1938424 0.6627084",
+            "flip C→E, r = D? [4][13] 0 2.2336366 -0.027086161",
+            "split E→D? [0][2][18] 0 1.5060661",
+            "split D→A? [0][2][18] 0 1.7149851",
+            "split D→F? [0][1][17] 0 1.4965557",
+            "split F→C? [0][2][18] 0 1.7114146",
+            "split C→D? [0][1][20] 1 2.1160228",
+            "flip D→E, r = A? [1][12] 0 1.2692795 0.9682525",
+            "flip C→F, r = B? [3][13] 0 2.1634614 0.10644485",
+            "flip F→D, r = A? [3][13] 0 2.1103792 0.12366617",
+            "face DAE? 1",
+        ]
+    );
+    assert_eq!(pass.mesh.points[6..], [[17, 18, 10], [3, 3, 22], [14, 4, 15]]);
+    assert_eq!(
+        pass.coordinates(),
+        [
+            (2, 1.0133209, 3.4631662, [5, 0, 1, 1, 8, 0, 0, 1]),
+            (1, 6.5175934, 2.3002775, [5, 0, 7, 0, 9, 0, 0, 8]),
+            (0, -4.6628428, 1.3098013, [4, 0, -5, 2, 10, 0, 0, -3]),
+            (2, -0.97557986, 2.3124082, [5, 0, -1, 1, 15, 5, 0, 11]),
+            (0, 3.785149, 1.8316073, [4, 0, 4, 0, 7, 0, 0, 3]),
+            (1, -6.2926965, 1.249586, [4, 0, -6, 0, 7, 0, 0, -7]),
+            (0, 2.3333335, 7.28, [6, 0, 2, 2, 9, 0, 0, 3]),
+            (1, 6.666667, 7.28, [6, 0, 7, 0, 5, 0, 0, 4]),
+            (2, 2.3333335, 7.28, [6, 0, 2, 2, 11, 0, 0, 5]),
+        ]
+    );
+    assert_eq!(
+        pass.axes(),
+        [[-0.023304563, -0.025796255, -0.5622815], [-0.02472063, -0.013111711, -0.48074174], [0.0; 3],]
+    );
+    let [g, h] = &pass.placed()[..] else { panic!("two splits") };
+
+    assert_eq!(g.frame.along.0, [-0.67115605, 0.73827165, 0.067115605]);
+    assert_eq!(g.frame.across.0, [0.010741185, -0.080841556, 0.99666905]);
+    assert_eq!(g.frame.normal.0, [0.74123824, 0.6696414, 0.04632739]);
+    assert_eq!((g.frame.length, g.frame.octave), (14.899665, 7));
+    assert_eq!((g.frame.features, g.frame.classes), ([0.05932258, 0.4221569], [3, 2, 5]));
+    assert_eq!((g.deviations, g.shifts), ([0.1, 0.1, 0.05], [0.02966129, 0.105539225]));
+    assert_eq!(g.expected.0, [-3.8296566, 6.517283, 1.0133209]);
+    assert_eq!(g.errors, [0.036036037, 0.021323502, 0.21341042]);
+    assert_eq!(g.means.map(|m| m.mean), [0.087207206, 0.08166756, 0.06157424]);
+    assert_eq!(g.slopes.map(|s| (s.products, s.squares)), [(2.1264966, 4.351917), (37.037075, 75.28658)]);
+    assert_eq!(g.slopes[0].slope(), 0.48863447);
+
+    assert_eq!(h.frame.along.0, [0.73827165, -0.67115605, -0.067115605]);
+    assert_eq!(h.frame.across.0, [0.021209685, -0.07635486, 0.99685514]);
+    assert_eq!(h.frame.normal.0, [-0.67416996, -0.7373734, -0.042135622]);
+    assert_eq!((h.frame.length, h.frame.octave), (14.899665, 7));
+    assert_eq!((h.frame.features, h.frame.classes), ([-0.05338128, 0.56170315], [3, 2, 6]));
+    assert_eq!((h.deviations, h.shifts), ([0.087207206, 0.08166756, 0.05], [-0.026083933, 0.14042579]));
+    assert_eq!(h.expected.0, [4.081193, -6.5131297, -0.97557986]);
+    assert_eq!(h.errors, [-0.08558559, 0.7760926, 0.17957531]);
+    assert_eq!(h.means.map(|m| m.mean), [0.086936936, 0.2017524, 0.047829904]);
+    assert_eq!(h.slopes.map(|s| (s.products, s.squares)), [(-4.085102, 4.7791634), (41.347206, 130.20418)]);
+}

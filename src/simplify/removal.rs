@@ -4,7 +4,7 @@ use super::Options;
 use super::covering::Covering;
 use super::frame::Frame;
 use super::parity::Classes;
-use super::polygon::{MAX_SIDES, Programme};
+use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
 use super::seconds::Stopwatch;
 use super::star::Star;
@@ -12,7 +12,7 @@ use crate::mesh::{CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::cmp::Ordering::Equal;
 
 /// How a vertex would be removed.
@@ -47,6 +47,8 @@ pub struct Remover<'a> {
     quadrics: Vec<Quadric>,
     /// E(v) as last computed; NaN where the star has changed since.
     costs: Vec<f32>,
+    /// The triangulations that the costs are of.
+    shapes: Vec<Shape>,
     mean_edge: f64,
     alpha: f64,
     beta: f64,
@@ -91,6 +93,7 @@ impl<'a> Remover<'a> {
             pattern: None,
             blocked: BitVec::repeat(false, count),
             costs: vec![f32::NAN; count],
+            shapes: vec![Shape::NONE; count],
             alpha: options.alpha,
             beta: options.beta,
             table,
@@ -110,19 +113,19 @@ impl<'a> Remover<'a> {
         }
         self.pattern = pattern;
         self.blocked.fill(false);
-        let mut costs = std::mem::take(&mut self.costs);
         let start = std::time::Instant::now();
         let mut free = Vec::new();
-        for v in vertices(&self.table).filter(|v| !self.locked[v.index()]) {
-            let cost = &mut costs[v.index()];
-            if cost.is_nan() {
-                *cost = self.energy(v) as f32;
+        for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
+            if self.table.corner_of(v).is_none() || self.locked[v.index()] {
+                continue;
             }
-            if cost.is_finite() {
+            if self.costs[v.index()].is_nan() {
+                (self.costs[v.index()], self.shapes[v.index()]) = self.energy(v);
+            }
+            if self.costs[v.index()].is_finite() {
                 free.push(v);
             }
         }
-        self.costs = costs;
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         free
     }
@@ -139,21 +142,26 @@ impl<'a> Remover<'a> {
         self.costs[v.index()]
     }
 
-    /// E(v) = alpha C(v) + beta S(v); infinite where v cannot be removed. Whether the edges to be made exist is not asked.
-    fn energy(&self, v: Vertex) -> f64 {
-        let Some(star) = self.star(v) else { return f64::INFINITY };
+    /// E(v) = alpha C(v) + beta S(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
+    /// made exist is not asked.
+    fn energy(&self, v: Vertex) -> (f32, Shape) {
+        let Some(star) = self.star(v) else { return (f32::INFINITY, Shape::NONE) };
         if star.ring().len() == 2 {
-            return self.alpha * self.distortion(v, &star, star.foot([[0, 0, 1]].into_iter()));
+            let foot = star.foot([[0, 0, 1]].into_iter());
+            return ((self.alpha * self.distortion(v, &star, foot)) as f32, Shape::NONE);
         }
         let solved = star.solve(|i, j| self.price(&star, i, j));
-        let foot = star.foot(solved.triangles());
-        self.alpha * self.distortion(v, &star, foot) + self.beta * solved.cost / star.mean_edge
+        let Some(best) = solved.shape.triangulation() else { return (f32::INFINITY, Shape::NONE) };
+        let distortion = self.distortion(v, &star, star.foot(best.triangles.iter()));
+        ((self.alpha * distortion + self.beta * f64::from(solved.cost)) as f32, solved.shape)
     }
 
     /// C(v) over the fourth power of the mean edge length: the quadric at the point of the new star nearest to v, but no less than
     /// this vertex alone makes, squared distance times area.
-    fn distortion(&self, v: Vertex, star: &Star, foot: DVec3) -> f64 {
-        self.quadrics[v.index()].at(foot).max(foot.length_squared() * star.area) / self.mean_edge.powi(4)
+    fn distortion(&self, v: Vertex, star: &Star, foot: Vec3) -> f64 {
+        let area = f64::from(star.area) * star.mean_edge.powi(2);
+        let foot = star.outside(foot);
+        self.quadrics[v.index()].at(foot).max(foot.length_squared() * area) / self.mean_edge.powi(4)
     }
 
     fn star(&self, v: Vertex) -> Option<Star> {
@@ -172,15 +180,17 @@ impl<'a> Remover<'a> {
     }
 
     /// What an edge costs, in mean edges: its middle is to be near the vertex, from where its position is predicted.
-    fn price(&self, star: &Star, i: usize, j: usize) -> f64 {
-        let middle = 0.5 * (star.point(i) + star.point(j)).length() / star.mean_edge;
+    #[inline]
+    fn price(&self, star: &Star, i: usize, j: usize) -> f32 {
+        let middle = 0.5 * (star.point(i) + star.point(j)).length();
         MIDDLE * middle + self.bias(star.ring()[i], star.ring()[j])
     }
 
     /// What the pattern adds to the cost of an edge, in mean edges.
-    fn bias(&self, a: Vertex, b: Vertex) -> f64 {
+    #[inline]
+    fn bias(&self, a: Vertex, b: Vertex) -> f32 {
         self.pattern.as_ref().map_or(0.0, |pattern| {
-            let rank = |v: Vertex| f64::from(pattern.ranks[usize::from(pattern.classes.of[v.index()])]);
+            let rank = |v: Vertex| f32::from(pattern.ranks[usize::from(pattern.classes.of[v.index()])]);
             BIAS * (rank(a) + rank(b))
         })
     }
@@ -201,12 +211,9 @@ impl<'a> Remover<'a> {
             return None;
         }
         let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
+        let mut shape = self.shapes[v.index()];
         let best = loop {
-            let edge = |i: usize, j: usize| {
-                if exists[i][j] { f64::INFINITY } else { self.price(&star, i, j) }
-            };
-            let best: Programme = star.solve(edge);
-            let best = best.triangulation()?;
+            let best = shape.triangulation()?;
             let closing = star.boundary.then_some((0, sides - 1));
             let made = best.diagonals().chain(closing);
             let mut fine = true;
@@ -217,6 +224,10 @@ impl<'a> Remover<'a> {
             if fine {
                 break best;
             }
+            let edge = |i: usize, j: usize| {
+                if exists[i][j] { f32::INFINITY } else { self.price(&star, i, j) }
+            };
+            shape = star.solve(edge).shape;
         };
         // The edge to be split: the one the pattern keeps, then the one whose midpoint is nearest.
         let distance = |&(i, j): &(usize, usize)| {
@@ -242,7 +253,7 @@ impl<'a> Remover<'a> {
     fn heir(&self, v: Vertex, star: &Star) -> Vertex {
         let quadric = self.quadrics[v.index()];
         let value =
-            |i: usize, w: Vertex| quadric.at(star.point(i)) + self.quadrics[w.index()].at(DVec3::ZERO);
+            |i: usize, w: Vertex| quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO);
         let values = star.ring().iter().enumerate().map(|(i, &w)| (value(i, w), w));
         values.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(v, |x| x.1)
     }
@@ -326,10 +337,10 @@ fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64) 
 }
 
 /// What an edge costs for each rank of its two ends, in mean edges: enough that a pattern goes on where the surface is smooth.
-const BIAS: f64 = 1.5;
+const BIAS: f32 = 1.5;
 
 /// What an edge costs for the distance of its middle from the vertex removed.
-const MIDDLE: f64 = 1.5;
+const MIDDLE: f32 = 1.5;
 
 /// Triangles looked at round each of two vertices before an edge between them is presumed: where both have more, as two apexes
 /// over one long rim, every removal on the rim would look at all of them.

@@ -57,12 +57,14 @@ impl Solved {
                     continue;
                 }
                 let (mut least, mut at) = (f32::INFINITY, 0);
-                for k in (i + 1..j).step_by(4) {
+                let mut k = i + 1;
+                while k < j {
                     let totals = four(&best[i], k) + four(&best[j], k) + triangles(i, j, k);
                     let total = totals.min_element();
                     if total < least {
                         (least, at) = (total, k + totals.min_position());
                     }
+                    k += 4;
                 }
                 best[i][j] = least + own;
                 best[j][i] = least + own;

@@ -8,7 +8,7 @@ use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
 use super::seconds::Stopwatch;
 use super::star::Star;
-use crate::mesh::{CornerTable, Triangle, Vertex};
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
@@ -105,41 +105,61 @@ impl<'a> Remover<'a> {
         }
     }
 
-    /// Begins a level: nothing is blocked. Returns the vertices that may be removed and have a finite E(v).
-    pub fn begin_level(&mut self, pattern: Option<Pattern>) -> Vec<Vertex> {
+    /// Begins a level: nothing is blocked.
+    pub fn begin_level(&mut self, pattern: Option<Pattern>) {
         // The pattern is part of what a removal costs.
         if pattern.is_some() || self.pattern.is_some() {
             self.costs.fill(f32::NAN);
         }
         self.pattern = pattern;
         self.blocked.fill(false);
+    }
+
+    /// The vertices not locked, and some of them with a finite E(v), picked at random: one in `every`.
+    pub fn candidates(&mut self, every: u32) -> (Vec<Vertex>, Vec<f32>) {
         let start = std::time::Instant::now();
-        let mut free = Vec::new();
+        let (mut free, mut sample) = (Vec::with_capacity(self.vertices), Vec::new());
         for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
             if self.table.corner_of(v).is_none() || self.locked[v.index()] {
                 continue;
             }
-            if self.costs[v.index()].is_nan() {
-                (self.costs[v.index()], self.shapes[v.index()]) = self.energy(v);
-            }
-            if self.costs[v.index()].is_finite() {
-                free.push(v);
+            free.push(v);
+            // Picked by a hash, as the order of the vertices may have a pattern.
+            if every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every) {
+                let cost = self.renew_cost(v);
+                if cost.is_finite() {
+                    sample.push(cost);
+                }
             }
         }
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
-        free
+        (free, sample)
     }
 
-    /// Whether the vertex may still be removed in this level.
+    /// E(v), computed where it is not known.
     #[inline]
-    pub fn is_free(&self, v: Vertex) -> bool {
-        !self.blocked[v.index()] && self.costs[v.index()].is_finite()
+    fn renew_cost(&mut self, v: Vertex) -> f32 {
+        let cost = self.costs[v.index()];
+        if !cost.is_nan() {
+            return cost;
+        }
+        let (cost, shape) = self.energy(v);
+        (self.costs[v.index()], self.shapes[v.index()]) = (cost, shape);
+        cost
     }
 
-    /// E(v) as of the level's beginning: nothing that is free has changed since.
+    /// E(v) where the vertex may still be removed in this level: as of the level's beginning, for nothing that is free has changed since.
     #[inline]
-    pub fn cost(&self, v: Vertex) -> f32 {
-        self.costs[v.index()]
+    pub fn cost(&mut self, v: Vertex) -> Option<f32> {
+        if self.blocked[v.index()] {
+            return None;
+        }
+        if self.costs[v.index()].is_nan() {
+            self.watch.begin_cost();
+            self.renew_cost(v);
+            self.watch.end_cost();
+        }
+        Some(self.costs[v.index()]).filter(|cost| cost.is_finite())
     }
 
     /// E(v) = alpha C(v) + beta S(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
@@ -164,17 +184,26 @@ impl<'a> Remover<'a> {
         self.quadrics[v.index()].at(foot).max(foot.length_squared() * area) / self.mean_edge.powi(4)
     }
 
+    #[inline]
     fn star(&self, v: Vertex) -> Option<Star> {
         let table = &self.table;
         let boundary = table.is_boundary(v);
-        let mut fan = table.fan(v);
-        let mut last = None;
-        let link = std::iter::from_fn(|| match fan.next() {
-            Some(c) => {
-                last = boundary.then_some(c);
-                Some(table.vertex(c.next()))
+        let first = table.corner_of(v);
+        // The corners at v, and then, at the boundary, the last corner's previous one.
+        let (mut at, mut last) = (first, Corner::NONE);
+        let link = std::iter::from_fn(|| {
+            if at.is_none() {
+                let end = std::mem::replace(&mut last, Corner::NONE);
+                return (boundary && end.is_some()).then(|| table.vertex(end.prev()));
             }
-            None => last.take().map(|c| table.vertex(c.prev())),
+            let side = at.next();
+            last = at;
+            let beyond = table.opposite(side);
+            at = if beyond.is_some() { beyond.next() } else { Corner::NONE };
+            if at == first {
+                at = Corner::NONE;
+            }
+            Some(table.vertex(side))
         });
         Star::new(link, boundary, self.places.at(v), |w| self.places.at(w))
     }

@@ -93,9 +93,11 @@ impl Star {
         }
         let mut lengths = [[0.0; ROW]; MAX_SIDES];
         for (row, p) in lengths.iter_mut().zip(&self.points[..sides]) {
-            for j in (0..sides).step_by(4) {
+            let mut j = 0;
+            while j < sides {
                 let [u, v, w] = [four(&x, j) - p.x, four(&y, j) - p.y, four(&z, j) - p.z];
                 row[j..j + 4].copy_from_slice(&(u * u + v * v + w * w).sqrt().to_array());
+                j += 4;
             }
         }
         let normals = &self.normals[..sides - usize::from(self.boundary)];

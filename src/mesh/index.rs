@@ -64,7 +64,8 @@ impl Corner {
     #[inline]
     pub const fn next(self) -> Corner {
         // Arithmetic, since a branch here is taken at random.
-        Corner(self.0 + 1 - 3 * (self.0 % 3 == 2) as u32)
+        let up = self.0 + 1;
+        Corner(up - 3 * up.is_multiple_of(3) as u32)
     }
 
     /// The previous corner of the same triangle: `3 * floor(c/3) + (c+2) mod 3`.

@@ -14,6 +14,8 @@ pub struct Covering {
     weights: Vec<f32>,
     /// Squared distance of each vertex from the triangle that covers it; 0 for those of the mesh.
     distances: Vec<f32>,
+    /// Room for the triangles of one star.
+    patches: Vec<Patch>,
 }
 
 /// How far the input is from a level.
@@ -45,6 +47,7 @@ impl Covering {
             next: vec![NONE; count],
             weights,
             distances: vec![0.0; count],
+            patches: Vec::new(),
         }
     }
 
@@ -60,21 +63,23 @@ impl Covering {
     /// Puts each vertex on one of some neighbouring triangles: the one it is led to across edges that it lies beyond, or the nearest
     /// where it comes to lie much farther off than before.
     pub fn put(&mut self, table: &CornerTable, places: &Places, vertices: &[Vertex], triangles: &[Triangle]) {
-        let patches: Vec<Patch> =
-            triangles.iter().map(|&t| Patch::new(table, places, t, triangles)).collect();
+        let mut patches = std::mem::take(&mut self.patches);
+        let few = vertices.len() <= FEW;
+        patches.extend(triangles.iter().map(|&t| Patch::new(table, places, t, if few { &[] } else { triangles })));
         let mut at = 0;
         for &v in vertices {
             let p = places.at(v);
-            for _ in 0..patches.len() {
+            for _ in 0..if few { 0 } else { patches.len() } {
                 match patches[at].way(p) {
                     Some(on) => at = on,
                     None => break,
                 }
             }
             let mut squared = patches[at].distance_squared(p);
-            if vertices.len() <= FEW || squared > FARTHER * f64::from(self.distances[v.index()]) {
+            if few || squared > FARTHER * f64::from(self.distances[v.index()]) {
                 // Much farther than it was: led astray on a fold, perhaps.
-                for (k, patch) in patches.iter().enumerate() {
+                let start = at;
+                for (k, patch) in patches.iter().enumerate().filter(|&(k, _)| k != start) {
                     let other = patch.distance_squared(p);
                     if other < squared {
                         (squared, at) = (other, k);
@@ -86,6 +91,8 @@ impl Covering {
             self.next[v.index()] = self.first[t.index()];
             self.first[t.index()] = v.0;
         }
+        patches.clear();
+        self.patches = patches;
     }
 
     /// Distance of the input from the level as it stands, its vertices moved to the lattice, in the input's units.
@@ -108,6 +115,7 @@ impl Covering {
 }
 
 /// A triangle and the ways to its neighbours.
+#[derive(Debug)]
 struct Patch {
     corners: [DVec3; 3],
     /// For each corner the direction out across the edge opposite, and the place of the triangle behind it.
@@ -115,8 +123,12 @@ struct Patch {
 }
 
 impl Patch {
+    /// The ways are those to some of `triangles`.
     fn new(table: &CornerTable, places: &Places, t: Triangle, triangles: &[Triangle]) -> Self {
         let corners = table.triangle(t).map(|v| places.at(v));
+        if triangles.is_empty() {
+            return Self { corners, ways: [(DVec3::ZERO, usize::MAX); 3] };
+        }
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let mut k = 0;
         let ways = t.corners().map(|c| {

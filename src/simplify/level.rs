@@ -23,7 +23,6 @@ pub struct Allowance {
 /// triangles (but for one vertex). `report` is told the vertices left.
 pub fn remove_level(
     remover: &mut Remover,
-    free: Vec<Vertex>,
     Allowance { class, quota, budget }: Allowance,
     options: &Options,
     random: &mut SplitMix64,
@@ -38,25 +37,25 @@ pub fn remove_level(
         report,
     };
     let share = if class.is_some() { FILL * budget } else { budget };
-    let [of_class, most] = affordable(level.remover, &free, [budget, share]);
+    // The queue asks for all costs anyway.
+    let every = if options.method == Method::Ffc { 1 } else { level.remover.vertices / SAMPLE };
+    let (candidates, sample) = level.remover.candidates(every.clamp(1, SPARSEST) as u32);
+    let [of_class, most] = affordable(&sample, [budget, share]);
     if let Some(class) = class {
-        level.remove_class(&free, class, of_class)?;
+        level.remove_class(&candidates, class, of_class)?;
     }
-    let cheap = |v: &Vertex| level.remover.is_free(*v) && level.remover.cost(*v) <= most;
-    let candidates: Vec<Vertex> = free.into_iter().filter(cheap).collect();
     match options.method {
-        Method::Stellar => level.by_choice(candidates, options.choices, random),
-        Method::Ffc => level.by_queue(&candidates),
+        Method::Stellar => level.by_choice(candidates, most, options.choices, random),
+        Method::Ffc => level.by_queue(&candidates, most),
     }
 }
 
 /// The costs up to which vertices carry certain shares of the sum of the roots of all costs.
-fn affordable<const N: usize>(remover: &Remover, free: &[Vertex], shares: [f64; N]) -> [f32; N] {
+fn affordable<const N: usize>(costs: &[f32], shares: [f64; N]) -> [f32; N] {
     // Positive floating-point numbers are ordered as their bits are: exponent and 7 bits of the mantissa make a class.
     let class = |cost: f32| (cost.max(0.0).to_bits() >> 16) as usize;
     let mut sums = vec![0.0f64; 1 << 15];
-    for &v in free {
-        let cost = remover.cost(v);
+    for &cost in costs {
         sums[class(cost)] += f64::from(cost.max(0.0)).sqrt();
     }
     let total: f64 = sums.iter().sum();
@@ -98,8 +97,8 @@ impl Level<'_, '_> {
                 break;
             }
             let of_class = |pattern: &super::removal::Pattern| pattern.classes.of[v.index()] == class;
-            let remover = &self.remover;
-            if remover.pattern.as_ref().is_some_and(of_class) && remover.is_free(v) && remover.cost(v) <= most
+            if self.remover.pattern.as_ref().is_some_and(of_class)
+                && self.remover.cost(v).is_some_and(|cost| cost <= most)
             {
                 self.remove(v)?;
             }
@@ -108,10 +107,12 @@ impl Level<'_, '_> {
     }
 
     /// Fast Stellar: the cheapest of `choices` random candidates, over and over. They are drawn from one window of the candidates
-    /// after the other, so that successive removals are near each other in memory.
+    /// after the other, so that successive removals are near each other in memory. The cost of one that was blocked before it was
+    /// drawn is never asked.
     fn by_choice(
         &mut self,
         mut candidates: Vec<Vertex>,
+        most: f32,
         choices: u32,
         random: &mut SplitMix64,
     ) -> Result<()> {
@@ -123,13 +124,12 @@ impl Level<'_, '_> {
                 while drawn < choices && left > 0 {
                     let place = random.below(left as u32) as usize;
                     let v = window[place];
-                    if !self.remover.is_free(v) {
+                    let Some(cost) = self.remover.cost(v).filter(|&cost| cost <= most) else {
                         left -= 1;
                         window.swap(place, left);
                         continue;
-                    }
+                    };
                     drawn += 1;
-                    let cost = self.remover.cost(v);
                     if best.is_none_or(|(least, _)| cost < least) {
                         best = Some((cost, v));
                     }
@@ -142,13 +142,16 @@ impl Level<'_, '_> {
     }
 
     /// Four-Face Clusters: the cheapest candidate, over and over.
-    fn by_queue(&mut self, candidates: &[Vertex]) -> Result<()> {
+    fn by_queue(&mut self, candidates: &[Vertex], most: f32) -> Result<()> {
         // Costs are not negative, so their bits are ordered as they are.
-        let keyed = candidates.iter().map(|&v| Reverse((self.remover.cost(v).max(0.0).to_bits(), v)));
+        let keyed = candidates.iter().filter_map(|&v| {
+            let cost = self.remover.cost(v).filter(|&cost| cost <= most)?;
+            Some(Reverse((cost.max(0.0).to_bits(), v)))
+        });
         let mut queue: BinaryHeap<_> = keyed.collect();
         while !self.is_over() {
             let Some(Reverse((_, v))) = queue.pop() else { break };
-            if self.remover.is_free(v) {
+            if self.remover.cost(v).is_some() {
                 self.remove(v)?;
             }
         }
@@ -161,6 +164,12 @@ const FILL: f64 = 0.3;
 
 /// Candidates that a random choice is made from.
 const WINDOW: usize = 4096;
+
+/// Vertices whose costs tell what is affordable, at least.
+const SAMPLE: usize = 4096;
+
+/// Of so many vertices, one tells, at most.
+const SPARSEST: usize = 16;
 
 /// Removals between two calls of the progress callback.
 const REPORT_EVERY: usize = 1024;

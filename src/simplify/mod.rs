@@ -142,9 +142,9 @@ pub fn simplify(
         let share = (remover.vertices as f64 * options.level_share) as usize;
         let quota = share.max(1).min(remover.vertices - target);
         let (pattern, class) = rows.next_level(&mut remover);
-        let free = remover.begin_level(pattern);
+        remover.begin_level(pattern);
         let allowance = Allowance { class, quota, budget };
-        level::remove_level(&mut remover, free, allowance, options, &mut random, &mut report)?;
+        level::remove_level(&mut remover, allowance, options, &mut random, &mut report)?;
         if remover.history.end_level() {
             budget = options.level_budget;
             measure(&mut remover);

@@ -4,15 +4,15 @@ use super::Options;
 use super::covering::Covering;
 use super::frame::Frame;
 use super::parity::Classes;
-use super::polygon::{MAX_SIDES, Programme};
+use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
 use super::seconds::Stopwatch;
 use super::star::Star;
-use crate::mesh::{CornerTable, Triangle, Vertex};
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 use std::cmp::Ordering::Equal;
 
 /// How a vertex would be removed.
@@ -47,6 +47,8 @@ pub struct Remover<'a> {
     quadrics: Vec<Quadric>,
     /// E(v) as last computed; NaN where the star has changed since.
     costs: Vec<f32>,
+    /// The triangulations that the costs are of.
+    shapes: Vec<Shape>,
     mean_edge: f64,
     alpha: f64,
     beta: f64,
@@ -91,6 +93,7 @@ impl<'a> Remover<'a> {
             pattern: None,
             blocked: BitVec::repeat(false, count),
             costs: vec![f32::NAN; count],
+            shapes: vec![Shape::NONE; count],
             alpha: options.alpha,
             beta: options.beta,
             table,
@@ -102,85 +105,121 @@ impl<'a> Remover<'a> {
         }
     }
 
-    /// Begins a level: nothing is blocked. Returns the vertices that may be removed and have a finite E(v).
-    pub fn begin_level(&mut self, pattern: Option<Pattern>) -> Vec<Vertex> {
+    /// Begins a level: nothing is blocked.
+    pub fn begin_level(&mut self, pattern: Option<Pattern>) {
         // The pattern is part of what a removal costs.
         if pattern.is_some() || self.pattern.is_some() {
             self.costs.fill(f32::NAN);
         }
         self.pattern = pattern;
         self.blocked.fill(false);
-        let mut costs = std::mem::take(&mut self.costs);
+    }
+
+    /// The vertices not locked, and some of them with a finite E(v), picked at random: one in `every`.
+    pub fn candidates(&mut self, every: u32) -> (Vec<Vertex>, Vec<f32>) {
         let start = std::time::Instant::now();
-        let mut free = Vec::new();
-        for v in vertices(&self.table).filter(|v| !self.locked[v.index()]) {
-            let cost = &mut costs[v.index()];
-            if cost.is_nan() {
-                *cost = self.energy(v) as f32;
+        let (mut free, mut sample) = (Vec::with_capacity(self.vertices), Vec::new());
+        for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
+            if self.table.corner_of(v).is_none() || self.locked[v.index()] {
+                continue;
             }
-            if cost.is_finite() {
-                free.push(v);
+            free.push(v);
+            // Picked by a hash, as the order of the vertices may have a pattern.
+            if every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every) {
+                let cost = self.renew_cost(v);
+                if cost.is_finite() {
+                    sample.push(cost);
+                }
             }
         }
-        self.costs = costs;
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
-        free
+        (free, sample)
     }
 
-    /// Whether the vertex may still be removed in this level.
+    /// E(v), computed where it is not known.
     #[inline]
-    pub fn is_free(&self, v: Vertex) -> bool {
-        !self.blocked[v.index()] && self.costs[v.index()].is_finite()
+    fn renew_cost(&mut self, v: Vertex) -> f32 {
+        let cost = self.costs[v.index()];
+        if !cost.is_nan() {
+            return cost;
+        }
+        let (cost, shape) = self.energy(v);
+        (self.costs[v.index()], self.shapes[v.index()]) = (cost, shape);
+        cost
     }
 
-    /// E(v) as of the level's beginning: nothing that is free has changed since.
+    /// E(v) where the vertex may still be removed in this level: as of the level's beginning, for nothing that is free has changed since.
     #[inline]
-    pub fn cost(&self, v: Vertex) -> f32 {
-        self.costs[v.index()]
+    pub fn cost(&mut self, v: Vertex) -> Option<f32> {
+        if self.blocked[v.index()] {
+            return None;
+        }
+        if self.costs[v.index()].is_nan() {
+            self.watch.begin_cost();
+            self.renew_cost(v);
+            self.watch.end_cost();
+        }
+        Some(self.costs[v.index()]).filter(|cost| cost.is_finite())
     }
 
-    /// E(v) = alpha C(v) + beta S(v); infinite where v cannot be removed. Whether the edges to be made exist is not asked.
-    fn energy(&self, v: Vertex) -> f64 {
-        let Some(star) = self.star(v) else { return f64::INFINITY };
+    /// E(v) = alpha C(v) + beta S(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
+    /// made exist is not asked.
+    fn energy(&self, v: Vertex) -> (f32, Shape) {
+        let Some(star) = self.star(v) else { return (f32::INFINITY, Shape::NONE) };
         if star.ring().len() == 2 {
-            return self.alpha * self.distortion(v, &star, star.foot([[0, 0, 1]].into_iter()));
+            let foot = star.foot([[0, 0, 1]].into_iter());
+            return ((self.alpha * self.distortion(v, &star, foot)) as f32, Shape::NONE);
         }
         let solved = star.solve(|i, j| self.price(&star, i, j));
-        let foot = star.foot(solved.triangles());
-        self.alpha * self.distortion(v, &star, foot) + self.beta * solved.cost / star.mean_edge
+        let Some(best) = solved.shape.triangulation() else { return (f32::INFINITY, Shape::NONE) };
+        let distortion = self.distortion(v, &star, star.foot(best.triangles.iter()));
+        ((self.alpha * distortion + self.beta * f64::from(solved.cost)) as f32, solved.shape)
     }
 
     /// C(v) over the fourth power of the mean edge length: the quadric at the point of the new star nearest to v, but no less than
     /// this vertex alone makes, squared distance times area.
-    fn distortion(&self, v: Vertex, star: &Star, foot: DVec3) -> f64 {
-        self.quadrics[v.index()].at(foot).max(foot.length_squared() * star.area) / self.mean_edge.powi(4)
+    fn distortion(&self, v: Vertex, star: &Star, foot: Vec3) -> f64 {
+        let area = f64::from(star.area) * star.mean_edge.powi(2);
+        let foot = star.outside(foot);
+        self.quadrics[v.index()].at(foot).max(foot.length_squared() * area) / self.mean_edge.powi(4)
     }
 
+    #[inline]
     fn star(&self, v: Vertex) -> Option<Star> {
         let table = &self.table;
         let boundary = table.is_boundary(v);
-        let mut fan = table.fan(v);
-        let mut last = None;
-        let link = std::iter::from_fn(|| match fan.next() {
-            Some(c) => {
-                last = boundary.then_some(c);
-                Some(table.vertex(c.next()))
+        let first = table.corner_of(v);
+        // The corners at v, and then, at the boundary, the last corner's previous one.
+        let (mut at, mut last) = (first, Corner::NONE);
+        let link = std::iter::from_fn(|| {
+            if at.is_none() {
+                let end = std::mem::replace(&mut last, Corner::NONE);
+                return (boundary && end.is_some()).then(|| table.vertex(end.prev()));
             }
-            None => last.take().map(|c| table.vertex(c.prev())),
+            let side = at.next();
+            last = at;
+            let beyond = table.opposite(side);
+            at = if beyond.is_some() { beyond.next() } else { Corner::NONE };
+            if at == first {
+                at = Corner::NONE;
+            }
+            Some(table.vertex(side))
         });
         Star::new(link, boundary, self.places.at(v), |w| self.places.at(w))
     }
 
     /// What an edge costs, in mean edges: its middle is to be near the vertex, from where its position is predicted.
-    fn price(&self, star: &Star, i: usize, j: usize) -> f64 {
-        let middle = 0.5 * (star.point(i) + star.point(j)).length() / star.mean_edge;
+    #[inline]
+    fn price(&self, star: &Star, i: usize, j: usize) -> f32 {
+        let middle = 0.5 * (star.point(i) + star.point(j)).length();
         MIDDLE * middle + self.bias(star.ring()[i], star.ring()[j])
     }
 
     /// What the pattern adds to the cost of an edge, in mean edges.
-    fn bias(&self, a: Vertex, b: Vertex) -> f64 {
+    #[inline]
+    fn bias(&self, a: Vertex, b: Vertex) -> f32 {
         self.pattern.as_ref().map_or(0.0, |pattern| {
-            let rank = |v: Vertex| f64::from(pattern.ranks[usize::from(pattern.classes.of[v.index()])]);
+            let rank = |v: Vertex| f32::from(pattern.ranks[usize::from(pattern.classes.of[v.index()])]);
             BIAS * (rank(a) + rank(b))
         })
     }
@@ -201,12 +240,9 @@ impl<'a> Remover<'a> {
             return None;
         }
         let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
+        let mut shape = self.shapes[v.index()];
         let best = loop {
-            let edge = |i: usize, j: usize| {
-                if exists[i][j] { f64::INFINITY } else { self.price(&star, i, j) }
-            };
-            let best: Programme = star.solve(edge);
-            let best = best.triangulation()?;
+            let best = shape.triangulation()?;
             let closing = star.boundary.then_some((0, sides - 1));
             let made = best.diagonals().chain(closing);
             let mut fine = true;
@@ -217,6 +253,10 @@ impl<'a> Remover<'a> {
             if fine {
                 break best;
             }
+            let edge = |i: usize, j: usize| {
+                if exists[i][j] { f32::INFINITY } else { self.price(&star, i, j) }
+            };
+            shape = star.solve(edge).shape;
         };
         // The edge to be split: the one the pattern keeps, then the one whose midpoint is nearest.
         let distance = |&(i, j): &(usize, usize)| {
@@ -242,7 +282,7 @@ impl<'a> Remover<'a> {
     fn heir(&self, v: Vertex, star: &Star) -> Vertex {
         let quadric = self.quadrics[v.index()];
         let value =
-            |i: usize, w: Vertex| quadric.at(star.point(i)) + self.quadrics[w.index()].at(DVec3::ZERO);
+            |i: usize, w: Vertex| quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO);
         let values = star.ring().iter().enumerate().map(|(i, &w)| (value(i, w), w));
         values.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(v, |x| x.1)
     }
@@ -326,10 +366,10 @@ fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64) 
 }
 
 /// What an edge costs for each rank of its two ends, in mean edges: enough that a pattern goes on where the surface is smooth.
-const BIAS: f64 = 1.5;
+const BIAS: f32 = 1.5;
 
 /// What an edge costs for the distance of its middle from the vertex removed.
-const MIDDLE: f64 = 1.5;
+const MIDDLE: f32 = 1.5;
 
 /// Triangles looked at round each of two vertices before an edge between them is presumed: where both have more, as two apexes
 /// over one long rim, every removal on the rim would look at all of them.

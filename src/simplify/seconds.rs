@@ -49,6 +49,7 @@ impl Seconds {
 pub struct Stopwatch {
     /// So far.
     pub seconds: Seconds,
+    costs: u64,
     removals: u64,
     last: Option<Instant>,
 }
@@ -59,6 +60,20 @@ impl Stopwatch {
         let (result, seconds) = timed(work);
         self.seconds.assign += seconds;
         result
+    }
+
+    /// Before the computation of one cost.
+    #[inline]
+    pub fn begin_cost(&mut self) {
+        self.last = self.costs.is_multiple_of(EVERY).then(Instant::now);
+        self.costs += 1;
+    }
+
+    /// After it.
+    #[inline]
+    pub fn end_cost(&mut self) {
+        self.seconds.cost += self.lap();
+        self.last = None;
     }
 
     /// Before the plan of a removal.

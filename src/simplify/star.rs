@@ -1,122 +1,143 @@
 //! The star of a vertex as a polygon to be triangulated anew.
 
-use super::polygon::{MAX_SIDES, Programme};
+use super::polygon::{MAX_SIDES, ROW, Solved, four};
 use crate::mesh::Vertex;
-use glam::DVec3;
+use glam::{DVec3, Vec3, Vec4};
 
-/// The link of a vertex, counter-clockwise, seen from the vertex.
+/// The link of a vertex, counter-clockwise, seen from the vertex and measured in mean edges: so binary32 is enough.
 #[derive(Clone, Debug)]
 pub struct Star {
     sides: usize,
     ring: [Vertex; MAX_SIDES],
-    points: [DVec3; MAX_SIDES],
-    normals: [DVec3; MAX_SIDES],
+    points: [Vec3; MAX_SIDES],
+    /// Unit normals of the triangles.
+    normals: [Vec3; MAX_SIDES],
     /// Whether the vertex lies on the boundary: then the edge from the last link vertex to the first is to be made.
     pub boundary: bool,
     /// Mean length of the edges at the vertex, above 0.
     pub mean_edge: f64,
-    /// Area of the star.
-    pub area: f64,
+    /// Area of the star, in squared mean edges.
+    pub area: f32,
 }
 
 impl Star {
     /// The star of a vertex at `centre`; `None` with fewer than 2 or more than [`MAX_SIDES`] link vertices.
+    #[inline]
     pub fn new(
         link: impl Iterator<Item = Vertex>,
         boundary: bool,
         centre: DVec3,
         at: impl Fn(Vertex) -> DVec3,
     ) -> Option<Self> {
-        let mut star = Self {
-            sides: 0,
-            ring: [Vertex::NONE; MAX_SIDES],
-            points: [DVec3::ZERO; MAX_SIDES],
-            normals: [DVec3::ZERO; MAX_SIDES],
-            boundary,
-            mean_edge: 0.0,
-            area: 0.0,
-        };
+        let mut ring = [Vertex::NONE; MAX_SIDES];
+        let mut far = [DVec3::ZERO; MAX_SIDES];
+        let (mut sides, mut length) = (0, 0.0);
         for w in link {
-            *star.ring.get_mut(star.sides)? = w;
-            let point = at(w) - centre;
-            star.points[star.sides] = point;
-            star.mean_edge += point.length();
-            star.sides += 1;
+            if sides == MAX_SIDES {
+                return None;
+            }
+            ring[sides] = w;
+            far[sides] = at(w) - centre;
+            length += far[sides].length();
+            sides += 1;
         }
-        if star.sides < 2 {
+        if sides < 2 {
             return None;
         }
-        star.mean_edge = if star.mean_edge > 0.0 { star.mean_edge / star.sides as f64 } else { 1.0 };
-        for i in 0..star.triangles() {
-            let next = if i + 1 < star.sides { i + 1 } else { 0 };
-            let cross = star.points[i].cross(star.points[next]);
-            let length = cross.length();
-            star.area += 0.5 * length;
-            star.normals[i] = if length > 0.0 { cross / length } else { DVec3::ZERO };
+        let mean_edge = if length > 0.0 { length / sides as f64 } else { 1.0 };
+        let scale = 1.0 / mean_edge;
+        let mut points = [Vec3::ZERO; MAX_SIDES];
+        for (point, far) in points.iter_mut().zip(&far).take(sides) {
+            *point = (*far * scale).as_vec3();
         }
-        Some(star)
+        let mut normals = [Vec3::ZERO; MAX_SIDES];
+        let mut area = 0.0;
+        for i in 0..sides - usize::from(boundary) {
+            let cross = points[i].cross(points[if i + 1 < sides { i + 1 } else { 0 }]);
+            let length = cross.length();
+            area += 0.5 * length;
+            normals[i] = if length > 0.0 { cross / length } else { Vec3::ZERO };
+        }
+        Some(Self { sides, ring, points, normals, boundary, mean_edge, area })
     }
 
     /// The link, counter-clockwise.
+    #[inline]
     pub fn ring(&self) -> &[Vertex] {
         &self.ring[..self.sides]
     }
 
-    /// A link vertex's position less the vertex's.
-    pub fn point(&self, i: usize) -> DVec3 {
+    /// A link vertex's position less the vertex's, in mean edges.
+    #[inline]
+    pub fn point(&self, i: usize) -> Vec3 {
         self.points[i]
     }
 
-    fn triangles(&self) -> usize {
-        self.sides - usize::from(self.boundary)
+    /// Something seen from the vertex in the unit of the mesh.
+    #[inline]
+    pub fn outside(&self, p: Vec3) -> DVec3 {
+        p.as_dvec3() * self.mean_edge
     }
 
-    /// The best triangulation; `edge(i, j)` is what making an edge costs, in mean edges, infinite where it must not be made.
+    /// The best triangulation; `edge(i, j)` is what making an edge costs, infinite where it must not be made. All costs are in mean
+    /// edges.
     ///
-    /// A triangle costs its circumradius, 8 times the vertex's distance from its plane, and 4 mean edges times 1 - cosine of the angle
+    /// A triangle costs its circumradius, 8 times the vertex's distance from its plane, and 4 times 1 - cosine of the angle
     /// to the nearest of the normals of the old star there: so it is round, near, and does not cut off a crease.
-    pub fn solve(&self, edge: impl Fn(usize, usize) -> f64) -> Programme {
-        let mut lengths = [[0.0; MAX_SIDES]; MAX_SIDES];
-        for (i, row) in lengths.iter_mut().enumerate().take(self.sides) {
-            for (length, point) in row.iter_mut().zip(&self.points[..self.sides]).skip(i + 1) {
-                *length = self.points[i].distance(*point);
+    #[inline]
+    pub fn solve(&self, edge: impl Fn(usize, usize) -> f32) -> Solved {
+        let sides = self.sides.min(MAX_SIDES);
+        let (mut x, mut y, mut z) = ([0.0; ROW], [0.0; ROW], [0.0; ROW]);
+        for (i, p) in self.points[..sides].iter().enumerate() {
+            (x[i], y[i], z[i]) = (p.x, p.y, p.z);
+        }
+        let mut lengths = [[0.0; ROW]; MAX_SIDES];
+        for (row, p) in lengths.iter_mut().zip(&self.points[..sides]) {
+            let mut j = 0;
+            while j < sides {
+                let [u, v, w] = [four(&x, j) - p.x, four(&y, j) - p.y, four(&z, j) - p.z];
+                row[j..j + 4].copy_from_slice(&(u * u + v * v + w * w).sqrt().to_array());
+                j += 4;
             }
         }
-        let normals = &self.normals[..self.triangles()];
-        let worst = WORST * self.mean_edge;
-        let triangle = |[i, k, j]: [usize; 3], bound: f64| {
-            let (a, b, c) = (self.points[i], self.points[k], self.points[j]);
-            let cross = (b - a).cross(c - a);
-            let twice_area = cross.length();
-            if twice_area <= 0.0 {
-                return worst;
-            }
-            let scale = 1.0 / twice_area;
-            let radius = lengths[i][k] * lengths[k][j] * lengths[i][j] * 0.5 * scale;
-            let distance = a.dot(cross).abs() * scale;
-            let round_and_near = radius + DISTANCE * distance;
-            if round_and_near >= bound {
-                return worst.max(bound);
-            }
+        let normals = &self.normals[..sides - usize::from(self.boundary)];
+        let triangles = |i: usize, j: usize, k: usize| {
+            let (a, c) = (self.points[i], self.points[j]);
+            let ac = c - a;
+            let [u, v, w] = [four(&x, k) - a.x, four(&y, k) - a.y, four(&z, k) - a.z];
+            // The normals of the triangles (a, b, c), b each of the four.
+            let (nx, ny, nz) = (v * ac.z - w * ac.y, w * ac.x - u * ac.z, u * ac.y - v * ac.x);
+            let twice_area = (nx * nx + ny * ny + nz * nz).sqrt();
+            let along = |n: Vec3| nx * n.x + ny * n.y + nz * n.z;
             // Beside the old triangles from i to j, the one behind the closing side where the triangle lies on it.
-            let closing = if j + 1 == self.sides { &normals[normals.len() - 1..] } else { &[] };
-            let normals = normals[i..j].iter().chain(closing);
-            let cosine = normals.map(|old| cross.dot(*old)).fold(-twice_area, f64::max) * scale;
-            let turn = self.mean_edge * (1.0 - cosine);
-            (round_and_near + TURN * turn).min(worst)
+            let closing = if j + 1 == sides { normals.len() - 1 } else { i };
+            let nearest = normals[i..j]
+                .iter()
+                .fold(along(normals[closing]), |most, n| most.max(along(*n)))
+                .max(-twice_area);
+            let radius = four(&lengths[i], k) * four(&lengths[j], k) * (0.5 * lengths[i][j]);
+            let scaled = radius + along(a).abs() * DISTANCE + (twice_area - nearest) * TURN;
+            let cost = (scaled / twice_area).min(WORST);
+            Vec4::select(twice_area.cmpgt(Vec4::ZERO), cost, WORST)
         };
-        Programme::solve(self.sides, self.boundary, |i, j| edge(i, j) * self.mean_edge, triangle)
+        Solved::new(sides, self.boundary, edge, triangles)
     }
 
     /// The point nearest to the vertex on some triangles of the polygon, or on its only edge.
-    pub fn foot(&self, triangles: impl Iterator<Item = [usize; 3]>) -> DVec3 {
-        let feet = triangles.map(|t| nearest_to_origin(t.map(|i| self.points[i])));
-        feet.min_by(|a, b| a.length_squared().total_cmp(&b.length_squared())).unwrap_or(DVec3::ZERO)
+    pub fn foot(&self, triangles: impl Iterator<Item = [usize; 3]>) -> Vec3 {
+        let (mut foot, mut least) = (Vec3::ZERO, f32::INFINITY);
+        for t in triangles {
+            let point = nearest_to_origin(t.map(|i| self.points[i]));
+            if point.length_squared() < least {
+                (foot, least) = (point, point.length_squared());
+            }
+        }
+        foot
     }
 }
 
 /// The point of a triangle nearest to the origin (Ericson, Real-Time Collision Detection, 2005, §5.1.5).
-fn nearest_to_origin([a, b, c]: [DVec3; 3]) -> DVec3 {
+fn nearest_to_origin([a, b, c]: [Vec3; 3]) -> Vec3 {
     let (ab, ac) = (b - a, c - a);
     let (ab_a, ac_a) = (-ab.dot(a), -ac.dot(a));
     if ab_a <= 0.0 && ac_a <= 0.0 {
@@ -148,11 +169,11 @@ fn nearest_to_origin([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 /// Weight of the vertex's distance from a triangle's plane.
-const DISTANCE: f64 = 8.0;
+const DISTANCE: f32 = 8.0;
 /// Weight of a triangle's turn, in mean edges.
-const TURN: f64 = 4.0;
+const TURN: f32 = 4.0;
 /// Most that a triangle costs, in mean edges.
-const WORST: f64 = 1e3;
+const WORST: Vec4 = Vec4::splat(1e3);
 
 #[cfg(test)]
 mod tests {
@@ -177,25 +198,25 @@ mod tests {
             ],
             false,
         );
-        let best = roof.solve(|_, _| 0.0).triangulation().unwrap();
+        let best = roof.solve(|_, _| 0.0).shape.triangulation().unwrap();
         assert!(best.diagonals().any(|d| d == (0, 3)), "{best:?}");
-        assert!(roof.foot(best.triangles.iter().copied()).length() < 1e-12);
+        assert!(roof.foot(best.triangles.iter()).length() < 1e-6);
     }
 
     #[test]
     fn the_foot_is_the_nearest_point() {
         let above = star(&[[2.0, 0.0, -3.0], [-1.0, 2.0, -3.0], [-1.0, -2.0, -3.0]], false);
-        assert!((above.foot([[0, 1, 2]].into_iter()) - DVec3::new(0.0, 0.0, -3.0)).length() < 1e-12);
+        assert!((above.outside(above.foot([[0, 1, 2]].into_iter())) - DVec3::new(0.0, 0.0, -3.0)).length() < 1e-6);
         let beside = star(&[[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [2.0, 0.0, 0.0]], false);
-        assert!((beside.foot([[0, 1, 2]].into_iter()) - DVec3::X).length() < 1e-12);
+        assert!((beside.outside(beside.foot([[0, 1, 2]].into_iter())) - DVec3::X).length() < 1e-6);
         let ear = star(&[[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]], true);
-        assert!((ear.foot([[0, 0, 1]].into_iter()) - DVec3::X).length() < 1e-12);
+        assert!((ear.outside(ear.foot([[0, 0, 1]].into_iter())) - DVec3::X).length() < 1e-6);
     }
 
     #[test]
     fn areas_and_edges_are_those_of_the_star() {
         let square = star(&[[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]], false);
-        assert!((square.area - 2.0).abs() < 1e-12 && (square.mean_edge - 1.0).abs() < 1e-12);
+        assert!((square.area - 2.0).abs() < 1e-6 && (square.mean_edge - 1.0).abs() < 1e-12);
         assert!(Star::new([Vertex(0)].into_iter(), true, DVec3::ZERO, |_| DVec3::X).is_none());
         assert!(Star::new((0..17).map(Vertex), false, DVec3::ZERO, |_| DVec3::X).is_none());
     }

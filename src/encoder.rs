@@ -150,9 +150,7 @@ impl<'a> Encoder<'a> {
         report.residue = residue.counts();
         levels.add_to(&mut file, &mut report);
         if !residue.is_empty() {
-            let walk = Walk::new(&levels.mesh().table, &levels.mesh().roots);
-            let payload =
-                residue.encode(levels.mesh(), &walk).map_err(|e| Error::Parameter(e.to_string()))?;
+            let payload = residue.encode(levels.mesh()).map_err(|e| Error::Parameter(e.to_string()))?;
             report.residue_bits = payload.len() as f64 * 8.0;
             file.payload(AtomKind::Residue, 0, &payload);
         }

@@ -91,33 +91,24 @@ impl Residue {
         }
     }
 
-    /// Writes the residue of `mesh`, level 0, walked as `walk`.
+    /// Writes the residue of `mesh`, level 0.
     #[cfg(feature = "encode")]
-    pub fn encode(&self, mesh: &ProgressiveMesh, walk: &Walk) -> Result<Vec<u8>, ResidueError> {
+    pub fn encode(&self, mesh: &ProgressiveMesh) -> Result<Vec<u8>, ResidueError> {
         let mut coder = crate::entropy::RangeEncoder::default();
         let mut copy = self.clone();
-        copy.code(
-            mesh,
-            walk,
-            &mut coder,
-            &mut Budget::new(crate::limits::Limits { memory: u64::MAX, work: u64::MAX }),
-        )?;
+        let budget = &mut Budget::new(crate::limits::Limits { memory: u64::MAX, work: u64::MAX });
+        copy.code(mesh, &mut coder, budget)?;
         Ok(coder.finish())
     }
 
-    /// Reads the residue of `mesh`, level 0, walked as `walk`.
+    /// Reads the residue of `mesh`, level 0.
     ///
     /// # Errors
     /// [`ResidueError`]; memory grows with what has been read.
-    pub fn decode(
-        bytes: &[u8],
-        mesh: &ProgressiveMesh,
-        walk: &Walk,
-        budget: &mut Budget,
-    ) -> Result<Self, ResidueError> {
+    pub fn decode(bytes: &[u8], mesh: &ProgressiveMesh, budget: &mut Budget) -> Result<Self, ResidueError> {
         let mut coder = RangeDecoder::new(bytes);
         let mut residue = Self::default();
-        residue.code(mesh, walk, &mut coder, budget)?;
+        residue.code(mesh, &mut coder, budget)?;
         coder.finish()?;
         Ok(residue)
     }
@@ -125,16 +116,14 @@ impl Residue {
     fn code<C: BitCoder>(
         &mut self,
         mesh: &ProgressiveMesh,
-        walk: &Walk,
         coder: &mut C,
         budget: &mut Budget,
     ) -> Result<(), ResidueError> {
-        let order = walk.vertices(&mesh.table);
-        self.code_flipped(walk.triangles.len(), coder)?;
-        let positions = order.iter().map(|v| mesh.positions[v.index()]);
-        self.code_groups(positions, coder)?;
+        self.code_flipped(mesh.table.triangle_count(), coder)?;
+        self.code_groups(mesh, coder)?;
         self.code_extras(coder, budget)?;
-        self.code_triangles(order.len() as u32, coder, budget)
+        let vertices = mesh.table.corners.iter().filter(|c| c.is_some()).count();
+        self.code_triangles(vertices as u32, coder, budget)
     }
 
     fn code_flipped<C: BitCoder>(&mut self, triangles: usize, coder: &mut C) -> Result<(), ResidueError> {
@@ -156,7 +145,7 @@ impl Residue {
     /// A vertex of a group joins one of the groups at its position, or begins one.
     fn code_groups<C: BitCoder>(
         &mut self,
-        positions: impl ExactSizeIterator<Item = [i32; 3]>,
+        mesh: &ProgressiveMesh,
         coder: &mut C,
     ) -> Result<(), ResidueError> {
         if !coder.even(|| !self.groups.is_empty()) {
@@ -168,15 +157,16 @@ impl Residue {
         // For each group its place among those at its position, from 1.
         let mut places = Vec::new();
         let mut last = false;
-        self.groups.resize(positions.len(), NONE);
-        for (group, position) in self.groups.iter_mut().zip(positions) {
+        let order = Walk::new(&mesh.table, &mesh.roots).vertices(&mesh.table);
+        self.groups.resize(order.len(), NONE);
+        for (group, v) in self.groups.iter_mut().zip(order) {
             last = coder.bit(&mut models[usize::from(last)], || *group != NONE);
             coder.check()?;
             if !last {
                 *group = NONE;
                 continue;
             }
-            let here = at_position.entry(position).or_default();
+            let here = at_position.entry(mesh.positions[v.index()]).or_default();
             let mut chosen = 0;
             if !here.is_empty() {
                 chosen = choice.unsigned(coder, || places.get(*group as usize).copied().unwrap_or(0))?;

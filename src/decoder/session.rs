@@ -120,8 +120,7 @@ impl Session {
                         return Ok(());
                     }
                     self.budget.take_work(2 * self.mesh.table.slots() as u64)?;
-                    let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
-                    let residue = Residue::decode(&payload, &self.mesh, &walk, &mut self.budget);
+                    let residue = Residue::decode(&payload, &self.mesh, &mut self.budget);
                     self.residue = Some(residue.map_err(|e| match e {
                         ResidueError::Limit(limit) => limit,
                         other => FormatError::new(offset, "8", other.to_string()).into(),

@@ -190,12 +190,9 @@ impl<'a> RangeDecoder<'a> {
     fn decode(&mut self, zero: u32) -> bool {
         let bound = (self.range >> 16) * zero;
         let bit = self.code >= bound;
-        if bit {
-            self.code -= bound;
-            self.range -= bound;
-        } else {
-            self.range = bound;
-        }
+        let mask = u32::from(bit).wrapping_neg();
+        self.code -= bound & mask;
+        self.range = bound.wrapping_add(self.range.wrapping_sub(bound << 1) & mask);
         self.renormalise();
         bit
     }

@@ -104,24 +104,23 @@ pub fn fuzz_residue(data: &[u8]) {
     let (mesh, lattice) = small_mesh(choices.below(SHAPES.len()));
     read_residue(choices.0, &mesh, &lattice);
     let mut residue = Residue::default();
-    let walk = Walk::new(&mesh.table, &mesh.roots);
     let flips = choices.bytes(4);
     residue.flipped =
-        (0..walk.triangles.len()).map(|k| flips.get(k % 8).is_some_and(|x| x & 1 == 1)).collect();
-    let mut payload = residue.encode(&mesh, &walk).expect("flags can be written");
+        (0..mesh.table.triangle_count()).map(|k| flips.get(k % 8).is_some_and(|x| x & 1 == 1)).collect();
+    let mut payload = residue.encode(&mesh).expect("flags can be written");
     payload.extend(choices.0);
     read_residue(&payload, &mesh, &lattice);
 }
 
 fn read_residue(payload: &[u8], mesh: &ProgressiveMesh, lattice: &Lattice) {
     let walk = Walk::new(&mesh.table, &mesh.roots);
-    let Ok(residue) = Residue::decode(payload, mesh, &walk, &mut budget()) else { return };
+    let Ok(residue) = Residue::decode(payload, mesh, &mut budget()) else { return };
     let assembled = residue.assemble(mesh, &walk, lattice);
     check_indices(&assembled);
     assert!(assembled.positions.iter().flatten().all(|x| x.is_finite()));
     assert!(assembled.positions.len() <= mesh.positions.len() + residue.extras.len());
-    let again = residue.encode(mesh, &walk).expect("what was read can be written");
-    let copy = Residue::decode(&again, mesh, &walk, &mut budget()).expect("what was written can be read");
+    let again = residue.encode(mesh).expect("what was read can be written");
+    let copy = Residue::decode(&again, mesh, &mut budget()).expect("what was written can be read");
     assert_eq!(copy.assemble(mesh, &walk, lattice), assembled);
 }
 

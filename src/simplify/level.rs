@@ -40,12 +40,12 @@ pub fn remove_level(
     // The queue asks for all costs anyway.
     let every = if options.method == Method::Ffc { 1 } else { level.remover.vertices / SAMPLE };
     let (candidates, sample) = level.remover.candidates(every.clamp(1, SPARSEST) as u32);
-    let [of_class, most] = affordable(&sample, [budget, share]);
+    let [of_class, cheap, most] = affordable(&sample, [budget, FIRST_PASS * share, share]);
     if let Some(class) = class {
         level.remove_class(&candidates, class, of_class)?;
     }
     match options.method {
-        Method::Stellar => level.by_choice(candidates, most, options.choices, random),
+        Method::Stellar => level.by_choice(candidates, [cheap, most], options.choices, random),
         Method::Ffc => level.by_queue(&candidates, most),
     }
 }
@@ -106,36 +106,39 @@ impl Level<'_, '_> {
         Ok(())
     }
 
-    /// Fast Stellar: the cheapest of `choices` random candidates, over and over. They are drawn from one window of the candidates
-    /// after the other, so that successive removals are near each other in memory. The cost of one that was blocked before it was
-    /// drawn is never asked.
+    /// Fast Stellar: the cheapest of `choices` random candidates, over and over. They are drawn from one small window of the
+    /// candidates after the other, so that successive removals are near each other in memory; that what is cheap in one window goes
+    /// before what is dear in another, there are two passes. A cost that is not asked for before its vertex is blocked is never
+    /// computed.
     fn by_choice(
         &mut self,
         mut candidates: Vec<Vertex>,
-        most: f32,
+        passes: [f32; 2],
         choices: u32,
         random: &mut SplitMix64,
     ) -> Result<()> {
-        for window in candidates.chunks_mut(WINDOW) {
-            let mut left = window.len();
-            while !self.is_over() {
-                let mut best: Option<(f32, Vertex)> = None;
-                let mut drawn = 0;
-                while drawn < choices && left > 0 {
-                    let place = random.below(left as u32) as usize;
-                    let v = window[place];
-                    let Some(cost) = self.remover.cost(v).filter(|&cost| cost <= most) else {
-                        left -= 1;
-                        window.swap(place, left);
-                        continue;
-                    };
-                    drawn += 1;
-                    if best.is_none_or(|(least, _)| cost < least) {
-                        best = Some((cost, v));
+        for most in passes {
+            for window in candidates.chunks_mut(WINDOW) {
+                let mut left = window.len();
+                while !self.is_over() {
+                    let mut best: Option<(f32, Vertex)> = None;
+                    let mut drawn = 0;
+                    while drawn < choices && left > 0 {
+                        let place = random.below(left as u32) as usize;
+                        let v = window[place];
+                        let Some(cost) = self.remover.cost(v).filter(|&cost| cost <= most) else {
+                            left -= 1;
+                            window.swap(place, left);
+                            continue;
+                        };
+                        drawn += 1;
+                        if best.is_none_or(|(least, _)| cost < least) {
+                            best = Some((cost, v));
+                        }
                     }
+                    let Some((_, v)) = best else { break };
+                    self.remove(v)?;
                 }
-                let Some((_, v)) = best else { break };
-                self.remove(v)?;
             }
         }
         Ok(())
@@ -163,7 +166,10 @@ impl Level<'_, '_> {
 const FILL: f64 = 0.3;
 
 /// Candidates that a random choice is made from.
-const WINDOW: usize = 4096;
+const WINDOW: usize = 256;
+
+/// Share of the budget that the first pass over all windows may take.
+const FIRST_PASS: f64 = 0.5;
 
 /// Vertices whose costs tell what is affordable, at least.
 const SAMPLE: usize = 4096;

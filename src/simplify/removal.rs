@@ -281,8 +281,9 @@ impl<'a> Remover<'a> {
     /// The link vertex where the quadrics of both add up to least.
     fn heir(&self, v: Vertex, star: &Star) -> Vertex {
         let quadric = self.quadrics[v.index()];
-        let value =
-            |i: usize, w: Vertex| quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO);
+        let value = |i: usize, w: Vertex| {
+            quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO)
+        };
         let values = star.ring().iter().enumerate().map(|(i, &w)| (value(i, w), w));
         values.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(v, |x| x.1)
     }

@@ -40,7 +40,7 @@ pub fn remove_level(
     // The queue asks for all costs anyway.
     let every = if options.method == Method::Ffc { 1 } else { level.remover.vertices / SAMPLE };
     let (candidates, sample) = level.remover.candidates(every.clamp(1, SPARSEST) as u32);
-    let [of_class, cheap, most] = affordable(&sample, [budget, FIRST_PASS * share, share]);
+    let [of_class, cheap, most] = affordable(sample, [budget, FIRST_PASS * share, share]);
     if let Some(class) = class {
         level.remove_class(&candidates, class, of_class)?;
     }
@@ -51,22 +51,17 @@ pub fn remove_level(
 }
 
 /// The costs up to which vertices carry certain shares of the sum of the roots of all costs.
-fn affordable<const N: usize>(costs: &[f32], shares: [f64; N]) -> [f32; N] {
-    // Positive floating-point numbers are ordered as their bits are: exponent and 7 bits of the mantissa make a class.
-    let class = |cost: f32| (cost.max(0.0).to_bits() >> 16) as usize;
-    let mut sums = vec![0.0f64; 1 << 15];
-    for &cost in costs {
-        sums[class(cost)] += f64::from(cost.max(0.0)).sqrt();
-    }
-    let total: f64 = sums.iter().sum();
+fn affordable<const N: usize>(mut costs: Vec<f32>, shares: [f64; N]) -> [f32; N] {
+    costs.sort_unstable_by(f32::total_cmp);
+    let root = |cost: f32| f64::from(cost.max(0.0)).sqrt();
+    let total: f64 = costs.iter().map(|&cost| root(cost)).sum();
     shares.map(|share| {
         let mut sum = 0.0;
-        let full = |&(_, part): &(usize, &f64)| {
-            sum += part;
+        let dear = costs.iter().find(|&&cost| {
+            sum += root(cost);
             sum > total * share
-        };
-        let least = sums.iter().enumerate().find(full);
-        least.map_or(f32::INFINITY, |(class, _)| f32::from_bits((class as u32 + 1) << 16))
+        });
+        dear.copied().unwrap_or(f32::INFINITY)
     })
 }
 

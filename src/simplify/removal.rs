@@ -84,12 +84,13 @@ impl<'a> Remover<'a> {
     /// Assigns quadrics and the scale that both costs are measured in.
     pub fn new(table: CornerTable, places: Places<'a>, locked: BitVec, options: &Options) -> Self {
         let count = places.positions.len();
+        let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
         let (quadrics, mean_edge) = watch.assign(|| assign_quadrics(&table, &places));
         Self {
-            vertices: vertices(&table).count(),
+            vertices,
             covering: Covering::new(&table, &places),
-            history: History::default(),
+            history: History::with_capacity(vertices),
             pattern: None,
             blocked: BitVec::repeat(false, count),
             costs: vec![f32::NAN; count],

@@ -123,24 +123,28 @@ impl<'a> Encoder<'a> {
             return Err(parameter("the mesh is larger than the largest number: its extent is infinite"));
         }
         self.report_progress(Stage::Condition, 0, mesh.triangles.len() as u64)?;
-        let conditioned = topology::condition(mesh, self.options.weld);
+        let mut conditioned = topology::condition(mesh, self.options.weld);
         self.report_progress(Stage::Condition, 1, 1)?;
         let conditioning = start.elapsed();
 
         let locked = self.locked(&conditioned);
         let locked_vertices = locked.count_ones();
-        let simplified = self.simplify(&conditioned, locked, &lattice)?;
+        let mut simplified = self.simplify(&mut conditioned, locked, &lattice)?;
         let simplifying = start.elapsed() - conditioning;
 
-        let quantised: Vec<[i32; 3]> = conditioned.positions.iter().map(|&p| lattice.quantise(p)).collect();
-        let base = simplified.base.compacted();
+        let positions = std::mem::take(&mut conditioned.positions);
+        let quantised: Vec<[i32; 3]> = positions.iter().map(|&p| lattice.quantise(p)).collect();
+        drop(positions);
+        // The places of removed triangles take far more memory than the base.
+        simplified.base = simplified.base.compacted();
+        let base = simplified.base.clone();
         let roots = Roots::choose(&base);
         let mesh_at_base = ProgressiveMesh { table: base, positions: quantised.clone(), roots };
         let options = self.options.clone();
         let schedule = Schedule::of(&options, &simplified, &quantised);
         let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options, &schedule);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
-        let residue = residue(&conditioned, levels.mesh(), &lattice);
+        let residue = residue(&conditioned, quantised.len(), levels.mesh(), &lattice);
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
@@ -230,11 +234,16 @@ impl<'a> Encoder<'a> {
 
     fn simplify(
         &mut self,
-        conditioned: &Conditioned,
+        conditioned: &mut Conditioned,
         locked: BitVec,
         lattice: &Lattice,
     ) -> Result<Simplified> {
-        let table = conditioned.table.clone();
+        // Afterwards it tells where the input's triangles were turned round, and nothing else.
+        let table = if conditioned.flipped.any() {
+            conditioned.table.clone()
+        } else {
+            std::mem::take(&mut conditioned.table)
+        };
         let options = self.options.simplify.clone();
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
         simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)
@@ -284,12 +293,12 @@ fn parameter(what: &str) -> Error {
     Error::Parameter(what.to_owned())
 }
 
-/// What the manifold lacks of the input, named by places in the walk of level 0.
-fn residue(conditioned: &Conditioned, mesh: &ProgressiveMesh, lattice: &Lattice) -> Residue {
+/// What the manifold of `count` vertices lacks of the input, named by places in the walk of level 0.
+fn residue(conditioned: &Conditioned, count: usize, mesh: &ProgressiveMesh, lattice: &Lattice) -> Residue {
     let walk = Walk::new(&mesh.table, &mesh.roots);
     let order = walk.vertices(&mesh.table);
     let vertices = order.len();
-    let mut place = vec![u32::MAX; conditioned.positions.len()];
+    let mut place = vec![u32::MAX; count];
     for (k, v) in order.iter().enumerate() {
         place[v.index()] = k as u32;
     }

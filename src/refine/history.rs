@@ -23,6 +23,11 @@ pub struct History {
 }
 
 impl History {
+    /// A history with room for so many operations.
+    pub fn with_capacity(operations: usize) -> Self {
+        Self { operations: Vec::with_capacity(operations), ..Self::default() }
+    }
+
     /// Appends an operation to the level under way; `flips` as in [`Operation::apply`].
     pub fn push(&mut self, vertex: Vertex, site: Site, flips: impl IntoIterator<Item = Vertex>) {
         let first_flip = self.flips.len() as u32;

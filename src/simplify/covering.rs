@@ -65,7 +65,9 @@ impl Covering {
     pub fn put(&mut self, table: &CornerTable, places: &Places, vertices: &[Vertex], triangles: &[Triangle]) {
         let mut patches = std::mem::take(&mut self.patches);
         let few = vertices.len() <= FEW;
-        patches.extend(triangles.iter().map(|&t| Patch::new(table, places, t, if few { &[] } else { triangles })));
+        patches.extend(
+            triangles.iter().map(|&t| Patch::new(table, places, t, if few { &[] } else { triangles })),
+        );
         let mut at = 0;
         for &v in vertices {
             let p = places.at(v);

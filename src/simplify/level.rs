@@ -40,33 +40,28 @@ pub fn remove_level(
     // The queue asks for all costs anyway.
     let every = if options.method == Method::Ffc { 1 } else { level.remover.vertices / SAMPLE };
     let (candidates, sample) = level.remover.candidates(every.clamp(1, SPARSEST) as u32);
-    let [of_class, most] = affordable(&sample, [budget, share]);
+    let [of_class, cheap, most] = affordable(sample, [budget, FIRST_PASS * share, share]);
     if let Some(class) = class {
         level.remove_class(&candidates, class, of_class)?;
     }
     match options.method {
-        Method::Stellar => level.by_choice(candidates, most, options.choices, random),
+        Method::Stellar => level.by_choice(candidates, [cheap, most], options.choices, random),
         Method::Ffc => level.by_queue(&candidates, most),
     }
 }
 
 /// The costs up to which vertices carry certain shares of the sum of the roots of all costs.
-fn affordable<const N: usize>(costs: &[f32], shares: [f64; N]) -> [f32; N] {
-    // Positive floating-point numbers are ordered as their bits are: exponent and 7 bits of the mantissa make a class.
-    let class = |cost: f32| (cost.max(0.0).to_bits() >> 16) as usize;
-    let mut sums = vec![0.0f64; 1 << 15];
-    for &cost in costs {
-        sums[class(cost)] += f64::from(cost.max(0.0)).sqrt();
-    }
-    let total: f64 = sums.iter().sum();
+fn affordable<const N: usize>(mut costs: Vec<f32>, shares: [f64; N]) -> [f32; N] {
+    costs.sort_unstable_by(f32::total_cmp);
+    let root = |cost: f32| f64::from(cost.max(0.0)).sqrt();
+    let total: f64 = costs.iter().map(|&cost| root(cost)).sum();
     shares.map(|share| {
         let mut sum = 0.0;
-        let full = |&(_, part): &(usize, &f64)| {
-            sum += part;
+        let dear = costs.iter().find(|&&cost| {
+            sum += root(cost);
             sum > total * share
-        };
-        let least = sums.iter().enumerate().find(full);
-        least.map_or(f32::INFINITY, |(class, _)| f32::from_bits((class as u32 + 1) << 16))
+        });
+        dear.copied().unwrap_or(f32::INFINITY)
     })
 }
 
@@ -106,36 +101,39 @@ impl Level<'_, '_> {
         Ok(())
     }
 
-    /// Fast Stellar: the cheapest of `choices` random candidates, over and over. They are drawn from one window of the candidates
-    /// after the other, so that successive removals are near each other in memory. The cost of one that was blocked before it was
-    /// drawn is never asked.
+    /// Fast Stellar: the cheapest of `choices` random candidates, over and over. They are drawn from one small window of the
+    /// candidates after the other, so that successive removals are near each other in memory; that what is cheap in one window goes
+    /// before what is dear in another, there are two passes. A cost that is not asked for before its vertex is blocked is never
+    /// computed.
     fn by_choice(
         &mut self,
         mut candidates: Vec<Vertex>,
-        most: f32,
+        passes: [f32; 2],
         choices: u32,
         random: &mut SplitMix64,
     ) -> Result<()> {
-        for window in candidates.chunks_mut(WINDOW) {
-            let mut left = window.len();
-            while !self.is_over() {
-                let mut best: Option<(f32, Vertex)> = None;
-                let mut drawn = 0;
-                while drawn < choices && left > 0 {
-                    let place = random.below(left as u32) as usize;
-                    let v = window[place];
-                    let Some(cost) = self.remover.cost(v).filter(|&cost| cost <= most) else {
-                        left -= 1;
-                        window.swap(place, left);
-                        continue;
-                    };
-                    drawn += 1;
-                    if best.is_none_or(|(least, _)| cost < least) {
-                        best = Some((cost, v));
+        for most in passes {
+            for window in candidates.chunks_mut(WINDOW) {
+                let mut left = window.len();
+                while !self.is_over() {
+                    let mut best: Option<(f32, Vertex)> = None;
+                    let mut drawn = 0;
+                    while drawn < choices && left > 0 {
+                        let place = random.below(left as u32) as usize;
+                        let v = window[place];
+                        let Some(cost) = self.remover.cost(v).filter(|&cost| cost <= most) else {
+                            left -= 1;
+                            window.swap(place, left);
+                            continue;
+                        };
+                        drawn += 1;
+                        if best.is_none_or(|(least, _)| cost < least) {
+                            best = Some((cost, v));
+                        }
                     }
+                    let Some((_, v)) = best else { break };
+                    self.remove(v)?;
                 }
-                let Some((_, v)) = best else { break };
-                self.remove(v)?;
             }
         }
         Ok(())
@@ -163,7 +161,10 @@ impl Level<'_, '_> {
 const FILL: f64 = 0.3;
 
 /// Candidates that a random choice is made from.
-const WINDOW: usize = 4096;
+const WINDOW: usize = 256;
+
+/// Share of the budget that the first pass over all windows may take.
+const FIRST_PASS: f64 = 0.5;
 
 /// Vertices whose costs tell what is affordable, at least.
 const SAMPLE: usize = 4096;

@@ -84,12 +84,13 @@ impl<'a> Remover<'a> {
     /// Assigns quadrics and the scale that both costs are measured in.
     pub fn new(table: CornerTable, places: Places<'a>, locked: BitVec, options: &Options) -> Self {
         let count = places.positions.len();
+        let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
         let (quadrics, mean_edge) = watch.assign(|| assign_quadrics(&table, &places));
         Self {
-            vertices: vertices(&table).count(),
+            vertices,
             covering: Covering::new(&table, &places),
-            history: History::default(),
+            history: History::with_capacity(vertices),
             pattern: None,
             blocked: BitVec::repeat(false, count),
             costs: vec![f32::NAN; count],
@@ -281,8 +282,9 @@ impl<'a> Remover<'a> {
     /// The link vertex where the quadrics of both add up to least.
     fn heir(&self, v: Vertex, star: &Star) -> Vertex {
         let quadric = self.quadrics[v.index()];
-        let value =
-            |i: usize, w: Vertex| quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO);
+        let value = |i: usize, w: Vertex| {
+            quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO)
+        };
         let values = star.ring().iter().enumerate().map(|(i, &w)| (value(i, w), w));
         values.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(v, |x| x.1)
     }

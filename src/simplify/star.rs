@@ -206,7 +206,9 @@ mod tests {
     #[test]
     fn the_foot_is_the_nearest_point() {
         let above = star(&[[2.0, 0.0, -3.0], [-1.0, 2.0, -3.0], [-1.0, -2.0, -3.0]], false);
-        assert!((above.outside(above.foot([[0, 1, 2]].into_iter())) - DVec3::new(0.0, 0.0, -3.0)).length() < 1e-6);
+        assert!(
+            (above.outside(above.foot([[0, 1, 2]].into_iter())) - DVec3::new(0.0, 0.0, -3.0)).length() < 1e-6
+        );
         let beside = star(&[[1.0, -1.0, 0.0], [1.0, 1.0, 0.0], [2.0, 0.0, 0.0]], false);
         assert!((beside.outside(beside.foot([[0, 1, 2]].into_iter())) - DVec3::X).length() < 1e-6);
         let ear = star(&[[1.0, 1.0, 0.0], [1.0, -1.0, 0.0]], true);

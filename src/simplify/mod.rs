@@ -72,7 +72,7 @@ impl Default for Options {
             choices: 8,
             base_vertices: None,
             level_share: 1.0,
-            level_budget: 0.5,
+            level_budget: 0.6,
             parity: false,
             seed: 0,
         }
@@ -82,7 +82,7 @@ impl Default for Options {
 impl Options {
     /// Settings that lean to small files: levels as large as they may be, along the rows of a regular sampling.
     pub fn small() -> Self {
-        Self { level_budget: 0.7, parity: true, ..Self::default() }
+        Self { level_budget: 0.8, parity: true, ..Self::default() }
     }
 
     /// Settings that lean to good levels: small ones, that take what is flat, wherever it is.

@@ -1,5 +1,7 @@
 //! Adaptive models of binary decisions, in integers (spec §6.2).
 
+use std::hint::select_unpredictable;
+
 /// The probability that a decision is 0, in units of 2^-16, learning fast at first and slowly later.
 ///
 /// Invariant: `zero` stays within 32 ..= 65504, so that neither side of a decision ever has an empty interval.
@@ -38,7 +40,7 @@ impl Bit {
     #[inline]
     pub fn learn(&mut self, bit: bool) {
         let rate = i32::from(RATES[self.count as usize & 63]);
-        let target = if bit { 32 } else { 65504 };
+        let target = select_unpredictable(bit, 32, 65504);
         let zero = i32::from(self.zero);
         self.zero = (zero + (((target - zero) * (rate >> 1)) >> 15)) as u16;
         self.count += u8::from(self.count < LIMIT);

@@ -3,6 +3,7 @@
 use super::model::Bit;
 use super::symbol::{SCALE, SYMBOLS, SymbolModel};
 use super::{BitCoder, CodingError};
+use std::hint::select_unpredictable;
 
 const TOP: u32 = 1 << 24;
 
@@ -190,9 +191,9 @@ impl<'a> RangeDecoder<'a> {
     fn decode(&mut self, zero: u32) -> bool {
         let bound = (self.range >> 16) * zero;
         let bit = self.code >= bound;
-        let mask = u32::from(bit).wrapping_neg();
-        self.code -= bound & mask;
-        self.range = bound.wrapping_add(self.range.wrapping_sub(bound << 1) & mask);
+        // A branch here would be taken at random, as far as the code is a good one.
+        self.code = select_unpredictable(bit, self.code.wrapping_sub(bound), self.code);
+        self.range = select_unpredictable(bit, self.range - bound, bound);
         self.renormalise();
         bit
     }

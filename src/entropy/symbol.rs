@@ -8,8 +8,8 @@ pub const SCALE: u32 = 15;
 
 /// Cumulative frequencies of symbols, learning fast at first and slowly later.
 ///
-/// `sums[i]` is the sum of symbols 0 to i, without the floor of 1 that every symbol has, in units of 2^-[`FINE`].
-/// Invariant: the sums do not decrease, the first is at least 0, the last is [`WHOLE`].
+/// `sums[i]` is the sum of symbols 0 to i, without the floor of 1 that every symbol has, in units of 2^-`FINE`.
+/// Invariant: the sums do not decrease, the first is at least 0, the last is `WHOLE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SymbolModel {
     sums: [i32; SYMBOLS],

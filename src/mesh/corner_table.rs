@@ -13,6 +13,7 @@
 //!                o                   Seen from outside the order v, n, p is counter-clockwise.
 //! ```
 
+use super::buckets;
 use super::index::{Corner, Triangle, Vertex};
 
 /// A triangle mesh as the arrays V (corner to vertex), O (corner to opposite corner) and one corner a vertex.
@@ -430,7 +431,8 @@ pub(super) fn sorted_edges(vertices: &[Vertex]) -> Vec<(u64, Corner)> {
         u64::from(a.min(b)) << 32 | u64::from(a.max(b))
     };
     let mut edges: Vec<_> = (0..vertices.len() as u32).map(Corner).map(|c| (key(c), c)).collect();
-    edges.sort_unstable();
+    let vertices = vertices.iter().map(|v| v.index() + 1).max().unwrap_or(0);
+    buckets::sort(&mut edges, vertices, |&(key, _)| (key >> 32) as usize);
     edges
 }
 

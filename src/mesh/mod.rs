@@ -1,5 +1,6 @@
 //! Ground: typed indices, the corner table, the lattice, conditioning, distances. Knows no codec.
 
+mod buckets;
 pub mod corner_table;
 #[cfg(feature = "encode")]
 pub mod distance;

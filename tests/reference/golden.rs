@@ -97,7 +97,7 @@ fn they_are_what_the_read_me_says() {
     };
     assert_eq!(figures("tetrahedron.uwm"), (1, 0, false, 4, 0));
     assert_eq!(figures("disc.uwm"), (8, 0, false, 4, 0));
-    assert_eq!(figures("torus.uwm"), (10, 3, true, 12, 0));
+    assert_eq!(figures("torus.uwm"), (9, 2, true, 12, 0));
     assert_eq!(figures("sphere.uwm"), (12, 4, false, 6, 5));
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
 }

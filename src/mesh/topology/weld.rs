@@ -2,6 +2,7 @@
 
 use bitvec::vec::BitVec;
 
+use crate::mesh::buckets;
 use crate::mesh::index::Vertex;
 
 /// Which vertices of the input are the same vertex.
@@ -54,7 +55,7 @@ pub(super) fn set_aside(triangles: &[[u32; 3]], same: &[u32]) -> SortedOut {
     let is_degenerate = |[a, b, c]: [u32; 3]| a == b || b == c || c == a;
     let ordinary = (0..triangles.len()).filter(|&t| !is_degenerate(welded(t)));
     let mut sets: Vec<([u32; 3], u32)> = ordinary.map(|t| (ascending(welded(t)), t as u32)).collect();
-    sets.sort_unstable();
+    buckets::sort(&mut sets, same.len(), |&([first, ..], _)| first as usize);
     let mut keep: BitVec = BitVec::repeat(false, triangles.len());
     for group in sets.chunk_by(|x, y| x.0 == y.0) {
         keep.set(group[0].1 as usize, true);

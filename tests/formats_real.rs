@@ -114,7 +114,7 @@ fn what_is_lost_is_said() {
             "scan_bunny.ply.gz",
             Format::Ply,
             0,
-            Coordinates::Text,
+            Coordinates::Float32,
             &["vertex property confidence", "vertex property intensity"][..],
         ),
         ("organic_horse.ply.gz", Format::Ply, 0, Coordinates::Float32, &["vertex normals"]),

@@ -46,8 +46,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     say(&format!("Made a mesh of {triangles}: {}\n\n", ply.name))?;
 
     let mut progress = Progress::new(args.quiet);
-    let source =
-        Source { mesh, format: Format::Ply, polygons: 0, coordinates: Coordinates::Float64, dropped: vec![] };
+    let source = Source {
+        mesh,
+        format: Format::Ply,
+        polygons: 0,
+        coordinates: Coordinates::Float64,
+        text: false,
+        dropped: vec![],
+    };
     let options = Options { keyframes: Keyframes::Levels(KEYFRAMES.to_vec()), ..Options::default() };
     let encoded = encode::encode(&source, Path::new("demo.ply"), options, vec![], &mut progress)?;
     let Encoded { file, report } = encoded;

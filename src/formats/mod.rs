@@ -52,14 +52,14 @@ impl Format {
     }
 }
 
-/// How a file stored its coordinates. Integers count as the smallest floating-point type that holds them all.
+/// The type a file declares its coordinates to have. Integers count as the smallest floating-point type that holds them all.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coordinates {
-    /// binary32 or 8- and 16-bit integers.
+    /// binary32 or 8- and 16-bit integers: every coordinate of the mesh is a binary32 number.
     Float32,
     /// binary64 or 32-bit integers, on at least one axis.
     Float64,
-    /// Decimal text, read to the nearest binary64 whatever type the header declares.
+    /// Decimal text of no declared type, read to the nearest binary64.
     Text,
 }
 
@@ -72,8 +72,10 @@ pub struct Source {
     pub format: Format,
     /// How many faces had more than three sides and became fans.
     pub polygons: usize,
-    /// How the file stored its coordinates.
+    /// The type the file declares its coordinates to have. Text is read to the nearest number of that type.
     pub coordinates: Coordinates,
+    /// Whether the file has its numbers as decimal text.
+    pub text: bool,
     /// What the file carried and the mesh does not, in words for the user, e.g. `"materials (2)"`.
     pub dropped: Vec<String>,
 }
@@ -205,13 +207,13 @@ mod tests {
             let (mut ply, mut obj) = (Vec::new(), Vec::new());
             write_ply(&mesh, Precision::Float64, &mut ply).unwrap();
             write_obj(&mesh, &mut obj).unwrap();
-            for (bytes, format, coordinates) in
-                [(ply, Format::Ply, Coordinates::Float64), (obj, Format::Obj, Coordinates::Text)]
+            for (bytes, format, coordinates, text) in
+                [(ply, Format::Ply, Coordinates::Float64, false), (obj, Format::Obj, Coordinates::Text, true)]
             {
                 let source = read_bytes(&bytes, None, "").unwrap();
                 prop_assert_eq!(
                     source,
-                    Source { mesh: mesh.clone(), format, polygons: 0, coordinates, dropped: vec![] }
+                    Source { mesh: mesh.clone(), format, polygons: 0, coordinates, text, dropped: vec![] }
                 );
             }
         }

@@ -46,7 +46,8 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<Source> {
     }
     let dropped = dropped.in_words().into_iter().chain(fans.note_short()).collect();
     let mesh = IndexedMesh::new(positions, fans.triangles);
-    Ok(Source { mesh, format: Format::Obj, polygons: fans.polygons, coordinates: Coordinates::Text, dropped })
+    let (format, polygons) = (Format::Obj, fans.polygons);
+    Ok(Source { mesh, format, polygons, coordinates: Coordinates::Text, text: true, dropped })
 }
 
 /// The file as statements of words.

@@ -1,6 +1,7 @@
 //! Reads PLY: the Polygon File Format (G. Turk 1994) with the conventions that grew around it.
 //!
 //! - Elements may come in any order; rows of text are words, wherever their lines end.
+//! - A coordinate in text is read to the nearest number of the type that the header declares.
 //! - `vertex` has x, y and z of any type. `face` has a list `vertex_indices` or `vertex_index`.
 //! - `tristrips` has a list of the same names; -1 begins a new strip. Every second triangle of a strip is
 //!   turned round. A strip triangle that names a vertex twice is a device to go round corners, so it is skipped; but
@@ -78,15 +79,14 @@ fn read_elements(header: &Header, layout: &Layout, mut values: impl Values) -> R
     }
     dropped.extend(fans.note_short());
     dropped.extend(values.rest());
-    let coordinates = match (header.encoding, layout.axes) {
-        (Encoding::Ascii, _) => Coordinates::Text,
-        (_, Some(axes)) if axes.iter().any(|a| matches!(a.1, Scalar::F64 | Scalar::I32 | Scalar::U32)) => {
-            Coordinates::Float64
-        }
+    let wide = |axis: &(usize, Scalar)| matches!(axis.1, Scalar::F64 | Scalar::I32 | Scalar::U32);
+    let coordinates = match layout.axes {
+        Some(axes) if axes.iter().any(wide) => Coordinates::Float64,
         _ => Coordinates::Float32,
     };
+    let (format, polygons, text) = (Format::Ply, fans.polygons, header.encoding == Encoding::Ascii);
     let mesh = IndexedMesh::new(positions, fans.triangles);
-    Ok(Source { mesh, format: Format::Ply, polygons: fans.polygons, coordinates, dropped })
+    Ok(Source { mesh, format, polygons, coordinates, text, dropped })
 }
 
 fn read_vertices(
@@ -353,7 +353,8 @@ mod tests {
         for end in ["\n", "\r\n", "\r"] {
             let s = source(file.replace('\n', end));
             assert_eq!(s.mesh, IndexedMesh::new(POSITIONS.to_vec(), vec![[0, 1, 2], [0, 2, 3]]));
-            assert_eq!((s.format, s.polygons, s.coordinates), (Format::Ply, 1, Coordinates::Text));
+            assert_eq!((s.format, s.polygons, s.coordinates), (Format::Ply, 1, Coordinates::Float64));
+            assert!(s.text);
             assert!(s.dropped.is_empty());
         }
     }
@@ -364,7 +365,7 @@ mod tests {
             let s = source(binary(big_endian).1);
             let triangles = vec![[0, 1, 2], [3, 2, 1], [3, 1, 0]];
             assert_eq!(s.mesh, IndexedMesh::new(POSITIONS.to_vec(), triangles));
-            assert_eq!((s.polygons, s.coordinates), (1, Coordinates::Float64));
+            assert_eq!((s.polygons, s.coordinates, s.text), (1, Coordinates::Float64, false));
             let dropped =
                 ["element camera (2)", "vertex property label", "face property flags", "face colours"];
             assert_eq!(s.dropped, dropped);
@@ -440,12 +441,36 @@ mod tests {
         let told = |types: [&str; 3]| {
             let [x, y, z] = types;
             let lines = format!("element vertex 0\nproperty {x} x\nproperty {y} y\nproperty {z} z\n");
-            source(header("binary_little_endian", &lines)).coordinates
+            let [binary, text] =
+                ["binary_little_endian", "ascii"].map(|format| source(header(format, &lines)).coordinates);
+            assert_eq!(binary, text);
+            text
         };
         assert_eq!(told(["float", "float", "float"]), Coordinates::Float32);
         assert_eq!(told(["short", "uchar", "float32"]), Coordinates::Float32);
         assert_eq!(told(["float", "float", "double"]), Coordinates::Float64);
         assert_eq!(told(["int", "float", "float"]), Coordinates::Float64);
+    }
+
+    #[test]
+    fn text_is_read_to_the_declared_type() {
+        let lines = "element vertex 1\nproperty float x\nproperty double y\nproperty short z\n";
+        // Half way between 1 and the next binary32 number, and a little more: by way of binary64 it would round to 1.
+        let halfway = "1.000000059604644775390625000000001";
+        let s = source(header("ascii", lines) + halfway + " 0.1 -7.0\n");
+        assert_eq!(s.mesh.positions, [[1.0 + f64::from(f32::EPSILON), 0.1, -7.0]]);
+        let s = source(header("ascii", &lines.replace("double", "float")) + "0.1 0.1 3e4\n");
+        assert_eq!(s.mesh.positions, [[f64::from(0.1f32), f64::from(0.1f32), 30000.0]]);
+        assert_eq!(s.coordinates, Coordinates::Float32);
+        let refused = |data: &str, what: &str| {
+            let file = header("ascii", lines) + data;
+            fails(Place::Line(8), &format!("{what} (element vertex)"), file);
+        };
+        refused("-1e39 0 0", "\"-1e39\" is beyond the declared type, binary32");
+        refused("0 0 0.5", "\"0.5\" is not an integer, as declared");
+        refused("0 0 32768", "\"32768\" is beyond the declared type, a 16-bit integer");
+        refused("-inf 0 0", "x of vertex 0 is -inf");
+        refused("0 1e999 0", "y of vertex 0 is inf");
     }
 
     #[test]

@@ -37,6 +37,19 @@ impl Scalar {
         }
     }
 
+    /// The least and the largest number of an integer type.
+    pub(super) const fn integers(self) -> Option<(f64, f64)> {
+        Some(match self {
+            Self::I8 => (i8::MIN as f64, i8::MAX as f64),
+            Self::U8 => (0.0, u8::MAX as f64),
+            Self::I16 => (i16::MIN as f64, i16::MAX as f64),
+            Self::U16 => (0.0, u16::MAX as f64),
+            Self::I32 => (i32::MIN as f64, i32::MAX as f64),
+            Self::U32 => (0.0, u32::MAX as f64),
+            Self::F32 | Self::F64 => return None,
+        })
+    }
+
     /// By its name of 1994 or its later, sized one.
     fn from_name(name: &str) -> Option<Self> {
         Some(match name {

@@ -3,7 +3,7 @@
 use crate::error::{Error, InputError, Place, Result};
 
 use super::ply_header::Scalar;
-use super::text::{integer, line_end, number, quoted};
+use super::text::{binary32, integer, line_end, number, quoted};
 
 /// Numbers one after the other. The header knows their types; in text they are words between blanks and line ends.
 pub(super) trait Values {
@@ -141,12 +141,40 @@ impl<'a> Text<'a> {
         let word = self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
         parse(word).ok_or_else(|| self.fault(format!("{} is not {what}", quoted(word))))
     }
+
+    /// What there is to say of a word that is not a finite number of the declared type. What the word itself calls infinite
+    /// or no number is left to the caller.
+    #[cold]
+    fn unsuitable(&self, word: &[u8], scalar: Scalar) -> Result<f64> {
+        let what = match number(word) {
+            None => "is not a number".to_owned(),
+            Some(x) if !x.is_finite() => return Ok(x),
+            Some(x) if scalar.integers().is_some() && x.fract() != 0.0 => {
+                "is not an integer, as declared".to_owned()
+            }
+            Some(_) if scalar.integers().is_some() => {
+                format!("is beyond the declared type, a {}-bit integer", 8 * scalar.size())
+            }
+            Some(_) => format!("is beyond the declared type, binary{}", 8 * scalar.size()),
+        };
+        Err(self.fault(format!("{} {what}", quoted(word))))
+    }
 }
 
 impl Values for Text<'_> {
     #[inline]
-    fn number(&mut self, _: Scalar) -> Result<f64> {
-        self.parse(number, "a number")
+    fn number(&mut self, scalar: Scalar) -> Result<f64> {
+        let word = self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
+        let value = match scalar {
+            // Not by way of binary64, which would round twice.
+            Scalar::F32 => binary32(word).map(f64::from),
+            _ => number(word),
+        };
+        match (value, scalar.integers()) {
+            (Some(x), None) if x.is_finite() || scalar == Scalar::F64 => Ok(x),
+            (Some(x), Some((least, most))) if x.fract() == 0.0 && least <= x && x <= most => Ok(x),
+            _ => self.unsuitable(word, scalar),
+        }
     }
 
     #[inline]

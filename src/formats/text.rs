@@ -6,6 +6,12 @@ pub(super) fn number(word: &[u8]) -> Option<f64> {
     std::str::from_utf8(word).ok()?.parse().ok()
 }
 
+/// A decimal number, read to the nearest binary32.
+#[inline]
+pub(super) fn binary32(word: &[u8]) -> Option<f32> {
+    std::str::from_utf8(word).ok()?.parse().ok()
+}
+
 /// A decimal integer.
 #[inline]
 pub(super) fn integer(word: &[u8]) -> Option<i64> {

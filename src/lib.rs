@@ -74,7 +74,7 @@
 //! ```
 //!
 //! # Features
-//! `encode`: simplifier and encoder; `formats`: PLY and OBJ; `cli` (default): the command line; `peers`: what the
+//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `cli` (default): the command line; `peers`: what the
 //! benchmark `examples/table` compares with. Without any of them the crate is the decoder.
 
 pub mod codec;

@@ -1,11 +1,11 @@
-//! The loop on real meshes: every PLY and OBJ of the data folder that is a mesh at all, both methods, welded and not.
+//! The loop on real meshes: every PLY, OBJ, STL and OFF of the data folder that is a mesh at all, both methods, welded and not.
 //! The folder is `UNWELD_DATA`, or `../shared/data` beside the checkout; where there is none, the tests say so and pass.
 #![cfg(all(feature = "encode", feature = "formats"))]
 
 use std::path::{Path, PathBuf};
 use unweld::decoder::{self, Decoder, Event};
 use unweld::encoder::{Encoder, Keyframes, Options};
-use unweld::formats::{self, Source};
+use unweld::formats::{self, Format, Source};
 use unweld::mesh::distance::surface_distance;
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, Lattice};
@@ -21,7 +21,7 @@ fn data() -> Option<PathBuf> {
     None
 }
 
-/// All PLY and OBJ files below `folder`, compressed or not, that can be read; small enough for a test.
+/// All PLY, OBJ, STL and OFF files below `folder`, compressed or not, that can be read; small enough for a test.
 fn meshes(folder: &Path) -> Vec<(String, Source)> {
     let mut found = Vec::new();
     for sub in ["", "nasty", "nasty_real", "tex_fuze", "tex_ico4uv", "tex_spot"] {
@@ -29,8 +29,7 @@ fn meshes(folder: &Path) -> Vec<(String, Source)> {
         for entry in entries.flatten() {
             let path = entry.path();
             let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-            let stem = name.trim_end_matches(".gz");
-            if stem.ends_with(".ply") || stem.ends_with(".obj") {
+            if Format::from_path(&path).is_some() {
                 // Whether a broken file is refused as it should be is another test's business.
                 found.extend(formats::read(&path).ok().map(|source| (name, source)));
             }
@@ -55,7 +54,7 @@ fn triangles(mesh: &IndexedMesh, lattice: &Lattice) -> Vec<[[i32; 3]; 3]> {
 fn every_mesh_comes_back() {
     let Some(folder) = data() else { return };
     let all = meshes(&folder);
-    assert!(all.len() > 60, "{} meshes in {}", all.len(), folder.display());
+    assert!(all.len() > 100, "{} meshes in {}", all.len(), folder.display());
     for (name, source) in all {
         for (method, weld) in
             [(Method::Stellar, Weld::Exact), (Method::Ffc, Weld::Exact), (Method::Stellar, Weld::None)]

@@ -14,7 +14,7 @@ use std::path::{Path, PathBuf};
     after_help = EXAMPLES
 )]
 pub struct Args {
-    /// Meshes to measure instead of the default ones (PLY or OBJ, also gzip-compressed)
+    /// Meshes to measure instead of the default ones (PLY, OBJ, STL or OFF, also gzip-compressed)
     #[arg(value_name = "MESHES")]
     pub meshes: Vec<PathBuf>,
     /// Bits a coordinate; 12 where not given, 14 for the dragon and the generated meshes

@@ -71,7 +71,7 @@ pub fn default_file(name: &str) -> anyhow::Result<PathBuf> {
     let folder = env::var_os("UNWELD_DATA").map_or_else(beside, PathBuf::from);
     ensure!(
         folder.is_dir(),
-        "no folder {}: set UNWELD_DATA to the folder of the test meshes, or name meshes (PLY, OBJ)",
+        "no folder {}: set UNWELD_DATA to the folder of the test meshes, or name meshes (PLY, OBJ, STL, OFF)",
         folder.display()
     );
     let file = folder.join(name);

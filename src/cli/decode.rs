@@ -16,14 +16,14 @@ use unweld::container::{Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::IndexedMesh;
 
-/// Decode a .uwm file, or as much as is wanted, to PLY or OBJ
+/// Decode a .uwm file, or as much as is wanted, to PLY, OBJ or STL
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The file, - for standard input
     #[arg(value_name = "IN.uwm")]
     input: PathBuf,
-    /// The mesh to write, .ply or .obj, - for PLY on standard output
+    /// The mesh to write, .ply, .obj or .stl, - for PLY on standard output
     #[arg(short, long, value_name = "OUT", required_unless_present = "all_levels")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -31,7 +31,7 @@ pub struct Args {
     /// Where to start: from the base, or from the keyframe next to the wanted level
     #[arg(long, value_enum, default_value = "replay")]
     via: Via,
-    /// Write every level on the way to DIR/level-J.ply (or .obj, if OUT is)
+    /// Write every level on the way to DIR/level-J.ply (or .obj or .stl, if OUT is)
     #[arg(long, value_name = "DIR")]
     all_levels: Option<PathBuf>,
     /// Most memory to use, in bytes or with a suffix K, M, G
@@ -105,7 +105,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let Some(output) = output else { return Ok(()) };
     let mesh = mesh(&decoder, args.quality.faces)?;
-    output.write(|out| format.write(&mesh, Some(&uwm.contents.header.lattice), out))?;
+    let lattice = Some(&uwm.contents.header.lattice);
+    output.write(|out| format.write(&mesh, lattice, out))?;
+    for loss in format.losses(&mesh, lattice) {
+        remark(args.quiet, &format!("{}: {loss}", output.name));
+    }
     if args.quiet {
         return Ok(());
     }
@@ -255,7 +259,7 @@ const EXAMPLES: &str = "\
 EXAMPLES
   unweld decode bunny.uwm -o bunny.ply
   unweld decode bunny.uwm -o bunny.obj --faces 5000
-  unweld decode bunny.uwm -o coarse.ply --error 0.5%
+  unweld decode bunny.uwm -o coarse.stl --error 0.5%
   unweld decode bunny.uwm -o early.ply --prefix-bytes 20K
   unweld decode bunny.uwm --all-levels levels/
   curl -s https://example.org/bunny.uwm | unweld decode - -o bunny.obj

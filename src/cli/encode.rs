@@ -18,7 +18,7 @@ use unweld::formats::{self, Coordinates};
 use unweld::mesh::Lattice;
 use unweld::simplify;
 
-/// Encode a mesh (PLY or OBJ, also gzip-compressed) as a .uwm file
+/// Encode a mesh (PLY, OBJ, STL or OFF, also gzip-compressed) as a .uwm file
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -290,6 +290,7 @@ fn add_report(
 const EXAMPLES: &str = "\
 EXAMPLES
   unweld encode bunny.ply -o bunny.uwm
+  unweld encode part.stl -o part.uwm
   unweld encode bunny.ply.gz -o bunny.uwm --position-bits 12 --keyframes every:4
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode - -o - < bunny.obj > bunny.uwm

@@ -2,11 +2,12 @@
 
 use super::args::is_stream;
 use super::failure::{Usage, note};
+use super::numbers::{count, grouped, significant};
 use anyhow::Context;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
-use unweld::formats::{Precision, write_obj, write_ply};
+use unweld::formats::{Precision, write_obj, write_ply, write_stl};
 use unweld::mesh::{IndexedMesh, Lattice};
 
 /// A place that can be written to.
@@ -116,6 +117,7 @@ impl Output {
 pub enum MeshFormat {
     Ply,
     Obj,
+    Stl,
 }
 
 impl MeshFormat {
@@ -129,7 +131,8 @@ impl MeshFormat {
             _ if is_stream(path) => Ok(Self::Ply),
             Some("ply") => Ok(Self::Ply),
             Some("obj") => Ok(Self::Obj),
-            _ => Err(Usage(format!("{}: the name must end in .ply or .obj", path.display())).into()),
+            Some("stl") => Ok(Self::Stl),
+            _ => Err(Usage(format!("{}: the name must end in .ply, .obj or .stl", path.display())).into()),
         }
     }
 
@@ -138,10 +141,12 @@ impl MeshFormat {
         match self {
             Self::Ply => "ply",
             Self::Obj => "obj",
+            Self::Stl => "stl",
         }
     }
 
-    /// Writes a mesh; a PLY file in binary32 where that keeps every coordinate, on the lattice if one is given.
+    /// Writes a mesh; a PLY file in binary32 where that keeps every coordinate, on the lattice if one is given. An STL file
+    /// is always in binary32.
     ///
     /// # Errors
     /// Those of `out`.
@@ -155,7 +160,39 @@ impl MeshFormat {
             Self::Ply if fits_binary32(mesh, lattice) => write_ply(mesh, Precision::Float32, &mut out),
             Self::Ply => write_ply(mesh, Precision::Float64, &mut out),
             Self::Obj => write_obj(mesh, &mut out),
+            Self::Stl => write_stl(mesh, &mut out),
         }
+    }
+
+    /// What a file of this format does not keep of the mesh, in words for the user.
+    pub fn losses(self, mesh: &IndexedMesh, lattice: Option<&Lattice>) -> Vec<String> {
+        if self != Self::Stl {
+            return Vec::new();
+        }
+        let mut used = vec![false; mesh.positions.len()];
+        mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+        let corners = 3 * mesh.triangles.len();
+        let shared = used.iter().filter(|&&used| used).count();
+        let rounding = mesh.positions.iter().flatten().map(|&x| (f64::from(x as f32) - x).abs());
+        let rounding = rounding.fold(0.0, f64::max);
+        let mut losses = Vec::new();
+        if shared < corners {
+            let vertices = count(shared as u64, "vertex");
+            losses.push(format!(
+                "STL has no shared vertices: {vertices} written as {} corners",
+                grouped(corners as u64)
+            ));
+        }
+        if shared < used.len() {
+            let isolated = count((used.len() - shared) as u64, "vertex");
+            losses.push(format!("STL has triangles alone: {isolated} of no triangle left out"));
+        }
+        if rounding > 0.0 {
+            let kept = if fits_binary32(mesh, lattice) { ", on the same points of the lattice" } else { "" };
+            let by = significant(rounding, 3);
+            losses.push(format!("STL has binary32 numbers: coordinates rounded by up to {by}{kept}"));
+        }
+        losses
     }
 }
 
@@ -225,6 +262,23 @@ mod tests {
         assert_eq!(of("a.PLY"), Some(MeshFormat::Ply));
         assert_eq!(of("b.c/a.obj"), Some(MeshFormat::Obj));
         assert_eq!(of("-"), Some(MeshFormat::Ply));
-        assert_eq!(["a", "a.stl", "a.ply.gz", ".ply"].map(of), [None; 4]);
+        assert_eq!(of("a.Stl"), Some(MeshFormat::Stl));
+        assert_eq!(["a", "a.off", "a.ply.gz", ".ply"].map(of), [None; 4]);
+    }
+
+    #[test]
+    fn what_stl_does_not_keep() {
+        let x = 1.0 + f64::EPSILON;
+        let mesh = IndexedMesh::new(vec![[x; 3], [0.5; 3], [0.0; 3], [7.0; 3]], vec![[0, 1, 2]; 2]);
+        assert_eq!(MeshFormat::Ply.losses(&mesh, None), [""; 0]);
+        let repeated = "STL has no shared vertices: 3 vertices written as 6 corners";
+        let isolated = "STL has triangles alone: 1 vertex of no triangle left out";
+        let rounded = "STL has binary32 numbers: coordinates rounded by up to 2.22e-16";
+        assert_eq!(MeshFormat::Stl.losses(&mesh, None), [repeated, isolated, rounded]);
+        let lattice = Lattice::over([0.0; 3], [8.0; 3], 12);
+        let kept = format!("{rounded}, on the same points of the lattice");
+        assert_eq!(MeshFormat::Stl.losses(&mesh, Some(&lattice))[2], kept);
+        let mesh = IndexedMesh::new(vec![[0.5; 3], [0.25; 3], [0.0; 3]], vec![[0, 1, 2]]);
+        assert_eq!(MeshFormat::Stl.losses(&mesh, None), [""; 0]);
     }
 }

@@ -20,10 +20,10 @@ use unweld::simplify;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The mesh (PLY or OBJ, also gzip-compressed), - for standard input
+    /// The mesh (PLY, OBJ, STL or OFF, also gzip-compressed), - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The mesh to write, .ply or .obj, - for PLY on standard output
+    /// The mesh to write, .ply, .obj or .stl, - for PLY on standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     /// Most triangles
@@ -74,6 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             grouped(args.faces as u64)
         ));
     }
+    warnings.extend(format.losses(&mesh, None).into_iter().map(|loss| format!("{}: {loss}", output.name)));
     if args.json {
         let (max, rms) = (distance.map(|d| d.max), distance.map(|d| d.rms));
         let object = json!({

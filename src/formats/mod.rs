@@ -1,4 +1,4 @@
-//! Foreign meshes in and out: PLY and OBJ.
+//! Foreign meshes in and out: PLY, OBJ, STL and OFF; OFF is only read.
 //!
 //! The readers keep positions and connectivity; whatever else a file carries is named in [`Source::dropped`].
 //! They keep every vertex and every triangle, also those that make no sense as a surface: telling a manifold
@@ -14,13 +14,15 @@ use crate::mesh::IndexedMesh;
 mod fan;
 mod gzip;
 mod obj;
+mod off;
 mod ply;
 mod ply_header;
 mod ply_values;
+mod stl;
 mod text;
 mod write;
 
-pub use write::{Precision, write_obj, write_ply};
+pub use write::{Precision, write_obj, write_ply, write_stl};
 
 /// A foreign mesh format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -29,10 +31,14 @@ pub enum Format {
     Ply,
     /// Wavefront OBJ, its polygonal part.
     Obj,
+    /// STL (3D Systems): text and binary.
+    Stl,
+    /// OFF (Geomview): text and binary, points of three coordinates.
+    Off,
 }
 
 impl Format {
-    /// The format a file's name tells: `.ply` or `.obj`, in any case, `.gz` behind it or not.
+    /// The format a file's name tells: `.ply`, `.obj`, `.stl` or `.off`, in any case, `.gz` behind it or not.
     pub fn from_path(path: &Path) -> Option<Self> {
         let extension = |p: &Path| p.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         let told = match extension(path).as_deref() {
@@ -42,13 +48,21 @@ impl Format {
         match told?.as_str() {
             "ply" => Some(Self::Ply),
             "obj" => Some(Self::Obj),
+            "stl" => Some(Self::Stl),
+            "off" => Some(Self::Off),
             _ => None,
         }
     }
 
-    /// The format the (inflated) content tells: PLY begins with a line `ply`, OBJ with nothing in particular.
-    pub fn sniff(bytes: &[u8]) -> Self {
-        if matches!(bytes, [b'p', b'l', b'y', b'\r' | b'\n', ..]) { Self::Ply } else { Self::Obj }
+    /// The format the (inflated) content tells: PLY begins with a line `ply`; STL with `solid`, or else its length is the
+    /// one that its number of facets asks for; OFF begins with its keyword, and OBJ, which is text, with nothing in particular.
+    pub fn sniff(bytes: &[u8]) -> Option<Self> {
+        match bytes {
+            [b'p', b'l', b'y', b'\r' | b'\n', ..] => Some(Self::Ply),
+            _ if stl::is_stl(bytes) => Some(Self::Stl),
+            _ if off::is_off(bytes) => Some(Self::Off),
+            _ => text::is_text(bytes).then_some(Self::Obj),
+        }
     }
 }
 
@@ -106,16 +120,35 @@ pub fn read_bytes(bytes: &[u8], hint: Option<Format>, name: &str) -> Result<Sour
     if bytes.is_empty() {
         return Err(no_triangles().into());
     }
-    let source = match hint.unwrap_or_else(|| Format::sniff(bytes)) {
+    let format = hint.or_else(|| Format::sniff(bytes));
+    let unknown =
+        || InputError::new(name, Place::Whole, "the content is of no known format: PLY, OBJ, STL, OFF");
+    let mut source = match format.ok_or_else(unknown)? {
         Format::Ply => ply::read(bytes, name)?,
         Format::Obj => obj::read(bytes, name)?,
+        Format::Stl => stl::read(bytes, name)?,
+        Format::Off => off::read(bytes, name)?,
     };
     if source.mesh.triangles.is_empty() {
         return Err(no_triangles().into());
     }
+    if source.polygons > 0 {
+        source.dropped.push(format!("polygons ({}, cut into triangles)", source.polygons));
+    }
     limit("vertices", source.mesh.positions.len())?;
     limit("triangles", source.mesh.triangles.len())?;
     Ok(source)
+}
+
+/// The error with the part of the file that it is in.
+fn within(error: Error, part: &str) -> Error {
+    match error {
+        Error::Input(mut e) => {
+            e.what = format!("{} ({part})", e.what);
+            e.into()
+        }
+        other => other,
+    }
 }
 
 /// Memory is spent in proportion to the file, so it is enough to look at the counts once, at the end.
@@ -155,16 +188,35 @@ mod tests {
         assert_eq!(told("a/b.PLY"), Some(Format::Ply));
         assert_eq!(told("b.ply.gz"), Some(Format::Ply));
         assert_eq!(told("b.ply/c.Obj.GZ"), Some(Format::Obj));
-        for name in ["b.stl", "b.gz", ".ply", "ply", "b.ply/c", "b.gz.gz", ""] {
+        assert_eq!((told("b.STL"), told("b.stl.gz")), (Some(Format::Stl), Some(Format::Stl)));
+        assert_eq!(told("c.off"), Some(Format::Off));
+        for name in ["b.glb", "b.gz", ".ply", "ply", "b.ply/c", "b.gz.gz", ""] {
             assert_eq!(told(name), None, "{name}");
         }
     }
 
     #[test]
     fn the_content_tells_the_format() {
-        assert_eq!(Format::sniff(b"ply\nformat"), Format::Ply);
-        assert_eq!(Format::sniff(b"ply\rformat"), Format::Ply);
-        assert_eq!(Format::sniff(b"plywood"), Format::Obj);
+        let mut facets = vec![0; 84 + 50];
+        facets[80] = 1;
+        for (bytes, format) in [
+            (&b"ply\nformat"[..], Some(Format::Ply)),
+            (b"ply\rformat", Some(Format::Ply)),
+            (b"plywood", Some(Format::Obj)),
+            (b"solid", Some(Format::Stl)),
+            (b"\n SOLID x\n", Some(Format::Stl)),
+            (b"solids x\n", Some(Format::Obj)),
+            (&facets, Some(Format::Stl)),
+            (&facets[..133], None),
+            (b"solid \0", None),
+            (b"# c\nCOFF\n", Some(Format::Off)),
+            (b"# c\nv 1 2 3\n", Some(Format::Obj)),
+            (b"glTF\x02\0\0\0", None),
+        ] {
+            assert_eq!(Format::sniff(bytes), format, "{bytes:?}");
+        }
+        let none = "the content is of no known format: PLY, OBJ, STL, OFF";
+        assert_eq!(input_error(read_bytes(b"\0\x01", None, "n")), InputError::new("n", Place::Whole, none));
         assert_eq!(read_bytes(TRIANGLE.as_bytes(), None, "").unwrap().format, Format::Obj);
     }
 
@@ -187,6 +239,9 @@ mod tests {
         nothing_in(b"# empty\n", None);
         nothing_in(b"v 1 2 3\nf 1 1\n", None);
         nothing_in(b"ply\nformat ascii 1.0\nend_header\n", None);
+        nothing_in(b"solid a\nendsolid a\n", None);
+        nothing_in(&[0; 84], None);
+        nothing_in(b"OFF\n0 0 0\n", None);
     }
 
     #[test]
@@ -241,10 +296,10 @@ mod tests {
         #[test]
         fn bytes_that_mean_nothing_do_no_harm(
             bytes in prop::collection::vec(any::<u8>(), 0..200),
-            text in "([vf#glp\\\\ /.0-9\n\r-]|v 1 2 3\n|f 1 2 3){0,40}",
-            ply in any::<bool>(),
+            text in "([vf#glp\\\\ /.0-9\n\r-]|v 1 2 3\n|f 1 2 3|OFF 3 1|3 0 1 2|solid|vertex 1 2 3){0,40}",
+            format in prop::sample::select(vec![Format::Ply, Format::Obj, Format::Stl, Format::Off]),
         ) {
-            let hint = Some(if ply { Format::Ply } else { Format::Obj });
+            let hint = Some(format);
             for bytes in [&bytes[..], text.as_bytes()] {
                 if let Ok(source) = read_bytes(bytes, hint, "") {
                     let n = source.mesh.positions.len() as u32;

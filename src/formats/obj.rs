@@ -9,7 +9,7 @@ use crate::error::{Error, InputError, Place, Result};
 use crate::mesh::IndexedMesh;
 
 use super::fan::Fans;
-use super::text::{integer, line_end, number, quoted};
+use super::text::{BYTE_ORDER_MARK, integer, line_end, number, quoted};
 use super::{Coordinates, Format, Source};
 
 /// Reads an OBJ file. `name` is for error messages.
@@ -269,7 +269,6 @@ const DISPLAY: &[&[u8]] = &[
     b"stech",
     b"mg",
 ];
-const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
 #[cfg(test)]
 mod tests {

@@ -13,7 +13,7 @@ use crate::mesh::IndexedMesh;
 use super::fan::Fans;
 use super::ply_header::{Element, Encoding, Header, Kind, Property, Scalar};
 use super::ply_values::{Binary, Text, Values};
-use super::{Coordinates, Format, Source};
+use super::{Coordinates, Format, Source, within};
 
 /// Reads a PLY file. `name` is for error messages.
 ///
@@ -72,7 +72,7 @@ fn read_elements(header: &Header, layout: &Layout, mut values: impl Values) -> R
                 skip_element(&mut values, element)
             }
         };
-        read.map_err(|e| in_element(e, element))?;
+        read.map_err(|e| within(e, &format!("element {}", element.name.escape_debug())))?;
     }
     if header.textures > 0 {
         dropped.push(format!("texture file names ({})", header.textures));
@@ -268,16 +268,6 @@ fn note_properties(element: &Element, read: &[usize], dropped: &mut Vec<String>)
 
 fn header_fault(name: &str, element: &Element, what: &str) -> Error {
     InputError::new(name, Place::Line(element.line), what).into()
-}
-
-fn in_element(error: Error, element: &Element) -> Error {
-    match error {
-        Error::Input(mut e) => {
-            e.what = format!("{} (element {})", e.what, element.name.escape_debug());
-            e.into()
-        }
-        other => other,
-    }
 }
 
 #[cfg(test)]

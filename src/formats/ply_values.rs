@@ -3,7 +3,7 @@
 use crate::error::{Error, InputError, Place, Result};
 
 use super::ply_header::Scalar;
-use super::text::{binary32, integer, line_end, number, quoted};
+use super::text::{ENDS_EARLY, Words, binary32, number, quoted};
 
 /// Numbers one after the other. The header knows their types; in text they are words between blanks and line ends.
 pub(super) trait Values {
@@ -104,42 +104,12 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
 }
 
 /// Numbers in text.
-pub(super) struct Text<'a> {
-    bytes: &'a [u8],
-    next: usize,
-    /// The 1-based line of `next`, which is also that of the word read last.
-    line: u64,
-    name: &'a str,
-}
+pub(super) struct Text<'a>(Words<'a>);
 
 impl<'a> Text<'a> {
     /// The data of `bytes` behind a header of `header` bytes and `lines` lines.
     pub(super) fn new(bytes: &'a [u8], header: usize, lines: u64, name: &'a str) -> Self {
-        Self { bytes, next: header, line: lines + 1, name }
-    }
-
-    #[inline]
-    fn word(&mut self) -> Option<&'a [u8]> {
-        loop {
-            match self.bytes.get(self.next)? {
-                b'\r' | b'\n' => {
-                    self.next += line_end(&self.bytes[self.next..]);
-                    self.line += 1;
-                }
-                b if b.is_ascii_whitespace() => self.next += 1,
-                _ => break,
-            }
-        }
-        let rest = &self.bytes[self.next..];
-        let length = rest.iter().position(u8::is_ascii_whitespace).unwrap_or(rest.len());
-        self.next += length;
-        Some(&rest[..length])
-    }
-
-    #[inline]
-    fn parse<T>(&mut self, parse: impl Fn(&[u8]) -> Option<T>, what: &str) -> Result<T> {
-        let word = self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
-        parse(word).ok_or_else(|| self.fault(format!("{} is not {what}", quoted(word))))
+        Self(Words::new(bytes, header, lines, name))
     }
 
     /// What there is to say of a word that is not a finite number of the declared type. What the word itself calls infinite
@@ -164,7 +134,7 @@ impl<'a> Text<'a> {
 impl Values for Text<'_> {
     #[inline]
     fn number(&mut self, scalar: Scalar) -> Result<f64> {
-        let word = self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
+        let word = self.0.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
         let value = match scalar {
             // Not by way of binary64, which would round twice.
             Scalar::F32 => binary32(word).map(f64::from),
@@ -179,30 +149,28 @@ impl Values for Text<'_> {
 
     #[inline]
     fn integer(&mut self, _: Scalar) -> Result<i64> {
-        self.parse(integer, "an integer")
+        self.0.integer()
     }
 
     fn skip(&mut self, _: Scalar, count: u64) -> Result<()> {
         for _ in 0..count {
-            self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
+            self.0.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
         }
         Ok(())
     }
 
     fn fault(&self, what: impl Into<String>) -> Error {
-        InputError::new(self.name, Place::Line(self.line), what).into()
+        self.0.fault(what)
     }
 
     fn at_most(&self, _: Scalar) -> usize {
-        (self.bytes.len() - self.next).div_ceil(2)
+        self.0.rest().len().div_ceil(2)
     }
 
     fn rest(&mut self) -> Option<String> {
-        self.word().map(|_| "text after the last element".into())
+        self.0.word().map(|_| "text after the last element".into())
     }
 }
-
-const ENDS_EARLY: &str = "the file ends early";
 
 #[cfg(test)]
 mod tests {

@@ -1,5 +1,6 @@
-//! Writes PLY and OBJ: positions and triangles.
+//! Writes PLY, OBJ and STL: positions and triangles.
 
+use std::array;
 use std::io::{self, BufWriter, Write};
 
 use crate::mesh::IndexedMesh;
@@ -74,6 +75,50 @@ pub fn write_obj(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
     out.flush()
 }
 
+/// Writes a binary STL file: three corners a triangle, as binary32, to the nearest. Vertices that triangles share are
+/// repeated, those of no triangle are left out. Normals follow from the corners (0 where they are in one line).
+///
+/// # Errors
+/// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in binary32, or there are more
+/// than 2^32 - 1 triangles.
+pub fn write_stl(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
+    let mut out = BufWriter::new(out);
+    let triangles = u32::try_from(mesh.triangles.len()).map_err(|_| {
+        io::Error::new(io::ErrorKind::InvalidInput, "an STL file has at most 2^32 - 1 triangles")
+    })?;
+    // Not `solid`, by which some readers know a text file.
+    out.write_all(&[b' '; 80])?;
+    out.write_all(&triangles.to_le_bytes())?;
+    for triangle in &mesh.triangles {
+        let mut facet = [0; 50];
+        let corners = triangle.map(|v| mesh.positions[v as usize]);
+        let (normal, numbers) = facet.split_at_mut(12);
+        for (bytes, &x) in numbers.chunks_exact_mut(4).zip(corners.as_flattened()) {
+            finite(f64::from(x as f32), x)?;
+            bytes.copy_from_slice(&(x as f32).to_le_bytes());
+        }
+        for (bytes, x) in normal.chunks_exact_mut(4).zip(unit_normal(corners)) {
+            bytes.copy_from_slice(&(x as f32).to_le_bytes());
+        }
+        out.write_all(&facet)?;
+    }
+    out.flush()
+}
+
+/// The normal of a triangle, of length 1; 0 where it has none.
+fn unit_normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+    let (mut u, mut v): ([f64; 3], [f64; 3]) =
+        (array::from_fn(|k| b[k] - a[k]), array::from_fn(|k| c[k] - a[k]));
+    // Sides of about 1, so that no product overflows or vanishes.
+    for side in [&mut u, &mut v] {
+        let most = side.iter().fold(0.0, |most: f64, x| most.max(x.abs()));
+        *side = side.map(|x| if most > 0.0 { x / most } else { 0.0 });
+    }
+    let normal = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+    let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+    normal.map(|x| if length > 0.0 { x / length } else { 0.0 })
+}
+
 /// `stored` if it is finite; `x` is what the mesh has.
 fn finite(stored: f64, x: f64) -> io::Result<f64> {
     if stored.is_finite() {
@@ -122,10 +167,38 @@ mod tests {
     }
 
     #[test]
+    fn stl_bytes() {
+        // A triangle in the plane z = 3, counter-clockwise from above, and one in a line.
+        let positions = vec![[0.0, 0.0, 3.0], [2.0, 0.0, 3.0], [0.0, 0.1, 3.0], [9.0; 3]];
+        let mesh = IndexedMesh::new(positions, vec![[1, 2, 0], [0, 1, 1]]);
+        let mut bytes = Vec::new();
+        write_stl(&mesh, &mut bytes).unwrap();
+        let mut expected = [b' '; 80].to_vec();
+        expected.extend([2, 0, 0, 0]);
+        for facet in [
+            [[0.0, 0.0, 1.0], [2.0, 0.0, 3.0], [0.0, 0.1, 3.0], [0.0, 0.0, 3.0]],
+            [[0.0, 0.0, 0.0], [0.0, 0.0, 3.0], [2.0, 0.0, 3.0], [2.0, 0.0, 3.0]],
+        ] {
+            expected.extend(facet.as_flattened().iter().flat_map(|&x: &f64| (x as f32).to_le_bytes()));
+            expected.extend([0, 0]);
+        }
+        assert_eq!(bytes, expected);
+    }
+
+    #[test]
+    fn normals_of_any_size() {
+        for size in [1e-30, 1e-300, 1.0, 1e30, 1e150] {
+            let n = unit_normal([[0.0; 3], [0.0, size, 0.0], [0.0, 0.0, size / 3.0]]);
+            assert_eq!(n, [1.0, 0.0, 0.0]);
+        }
+    }
+
+    #[test]
     fn what_would_not_read_back_is_refused() {
         let kind = |r: io::Result<()>| r.unwrap_err().kind();
         let mut mesh = mesh();
         assert_eq!(kind(write_ply(&mesh, Precision::Float32, &mut io::sink())), io::ErrorKind::InvalidInput);
+        assert_eq!(kind(write_stl(&mesh, &mut io::sink())), io::ErrorKind::InvalidInput);
         write_ply(&mesh, Precision::Float64, &mut io::sink()).unwrap();
         mesh.positions[0][0] = f64::NAN;
         assert_eq!(kind(write_ply(&mesh, Precision::Float64, &mut io::sink())), io::ErrorKind::InvalidInput);

@@ -1,10 +1,11 @@
 //! The readers of foreign meshes on hostile files.
 
-use crate::formats::{self, Format, Precision, Source};
+use crate::formats::{self, Coordinates, Format, Precision, Source};
+use crate::mesh::IndexedMesh;
 
 /// Reads `data` as each of the formats. What is accepted is a mesh, and comes back from the writers.
 pub fn fuzz_formats(data: &[u8]) {
-    for hint in [None, Some(Format::Ply), Some(Format::Obj)] {
+    for hint in [None, Some(Format::Ply), Some(Format::Obj), Some(Format::Stl), Some(Format::Off)] {
         if let Ok(source) = formats::read_bytes(data, hint, "") {
             check(&source);
         }
@@ -24,5 +25,15 @@ fn check(source: &Source) {
         let back = formats::read_bytes(&bytes, Some(format), "").expect("what was written can be read");
         assert_eq!(back.mesh.triangles, mesh.triangles);
         assert_eq!(back.mesh.positions, mesh.positions);
+    }
+    if source.coordinates == Coordinates::Float32 {
+        assert!(mesh.positions.iter().flatten().all(|&x| f64::from(x as f32) == x));
+        let mut stl = Vec::new();
+        formats::write_stl(mesh, &mut stl).expect("binary32 coordinates can be written");
+        let back = formats::read_bytes(&stl, None, "").expect("what was written can be read");
+        let corners = |mesh: &IndexedMesh| -> Vec<[f64; 3]> {
+            mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]).collect()
+        };
+        assert_eq!((back.format, corners(&back.mesh)), (Format::Stl, corners(mesh)));
     }
 }

@@ -1,0 +1,476 @@
+//! Reads OFF, the Object File Format of Geomview, text and binary.
+//!
+//! - The keyword may be missing; its prefixes tell what a vertex has beside its position: N normals, C colours, ST
+//!   texture coordinates. Points of other than three coordinates (prefixes 4 and n) are refused.
+//! - `#` begins a comment. The counts may stand in the line of the keyword, even without a blank between; the
+//!   number of edges may be missing in a line of its own, and is not looked at.
+//! - Vertices are a line each, and what follows the coordinates in it is not kept. Where the file has too few lines for
+//!   that, they are numbers one after the other, as many a vertex as the prefixes tell.
+//! - What follows the indices of a face in its line is its colour.
+//! - Binary data are big-endian.
+
+use crate::error::Result;
+use crate::mesh::IndexedMesh;
+
+use super::fan::Fans;
+use super::ply_header::Scalar;
+use super::ply_values::{Binary, Values};
+use super::text::{BYTE_ORDER_MARK, ENDS_EARLY, Words, integer, line_end, quoted};
+use super::{Coordinates, Format, Source, within};
+
+/// Reads an OFF file. `name` is for error messages.
+///
+/// # Errors
+/// [`crate::Error::Input`] at the line (text) or byte (binary) at fault.
+pub(super) fn read(bytes: &[u8], name: &str) -> Result<Source> {
+    let mut words = words(bytes, name);
+    let keyword = words.word().map(Keyword::split);
+    let Some((keyword, rest)) = keyword else { return Err(words.fault(ENDS_EARLY)) };
+    words.unread(rest.len());
+    if let Some(dimensions) = keyword.dimensions {
+        let what = format!("points of {dimensions} coordinates are not read");
+        return Err(words.fault(what));
+    }
+    let mut peek = words.clone();
+    if peek.word_in_line() == Some(b"BINARY") {
+        peek.skip_line();
+        let data = bytes.len() - peek.rest().len() + line_end(peek.rest());
+        return Body::new(keyword).binary(Binary::new(bytes, data, name));
+    }
+    Body::new(keyword).text(words)
+}
+
+/// Whether the content tells that this is an OFF file.
+pub(super) fn is_off(bytes: &[u8]) -> bool {
+    words(bytes, "").word().is_some_and(|word| Keyword::split(word).0.there)
+}
+
+fn words<'a>(bytes: &'a [u8], name: &'a str) -> Words<'a> {
+    let skipped = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
+    Words::new(bytes, skipped, 0, name).with_comments()
+}
+
+/// What the first word tells.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Keyword {
+    there: bool,
+    texture: bool,
+    colours: bool,
+    normals: bool,
+    /// The prefix that tells of other than three coordinates.
+    dimensions: Option<&'static str>,
+}
+
+impl Keyword {
+    /// The keyword at the start of a word and what follows it without a blank; all of the word where there is none.
+    fn split(word: &[u8]) -> (Self, &[u8]) {
+        let mut rest = word;
+        let mut prefix = |text: &[u8]| {
+            let behind = rest.strip_prefix(text);
+            rest = behind.unwrap_or(rest);
+            behind.is_some()
+        };
+        let (texture, colours, normals) = (prefix(b"ST"), prefix(b"C"), prefix(b"N"));
+        let dimensions = match (prefix(b"4"), prefix(b"n")) {
+            (false, false) => None,
+            (true, false) => Some("4"),
+            (false, true) => Some("n"),
+            (true, true) => Some("n + 1"),
+        };
+        let there = prefix(b"OFF") || word == b"off" && prefix(b"off");
+        let number = rest.is_empty() || integer(rest).is_some_and(|n| n >= 0);
+        if there && number {
+            (Self { there, texture, colours, normals, dimensions }, rest)
+        } else {
+            (Self::default(), word)
+        }
+    }
+
+    /// What a vertex has beside its position, in order: whether it has it, its numbers, in words.
+    fn beside(self) -> [(bool, u64, &'static str); 3] {
+        [
+            (self.normals, 3, "vertex normals"),
+            (self.colours, 4, "vertex colours"),
+            (self.texture, 2, "vertex texture coordinates"),
+        ]
+    }
+}
+
+/// The file behind its keyword, as it is read.
+struct Body {
+    keyword: Keyword,
+    positions: Vec<[f64; 3]>,
+    fans: Fans,
+    /// Faces with colours.
+    coloured: u64,
+    dropped: Vec<String>,
+}
+
+impl Body {
+    fn new(keyword: Keyword) -> Self {
+        Self { keyword, positions: Vec::new(), fans: Fans::default(), coloured: 0, dropped: Vec::new() }
+    }
+
+    fn text(mut self, mut words: Words) -> Result<Source> {
+        let vertices = self.count(&mut words, "vertices")?;
+        let line = words.line();
+        let faces = self.count(&mut words, "faces")?;
+        let edges = if words.line() == line { words.word_in_line() } else { words.word() };
+        if let Some(word) = edges.filter(|word| integer(word).is_none_or(|n| n < 0)) {
+            return Err(words.fault(format!("{} is not a number of edges", quoted(word))));
+        }
+        let rows = self.are_rows(words.clone(), vertices, faces);
+        self.text_vertices(&mut words, vertices, rows).map_err(|e| within(e, "vertices"))?;
+        self.text_faces(&mut words, vertices, faces).map_err(|e| within(e, "faces"))?;
+        if words.word().is_some() {
+            self.dropped.push(format!("text after the last face, from line {} on", words.line()));
+        }
+        Ok(self.source(Coordinates::Text, true))
+    }
+
+    fn count(&self, words: &mut Words, what: &str) -> Result<u64> {
+        let Some(word) = words.word() else {
+            return Err(words.fault(format!("{ENDS_EARLY}: no number of {what}")));
+        };
+        match integer(word).map(u64::try_from) {
+            Some(Ok(count)) => Ok(count),
+            _ if !self.keyword.there && what == "vertices" => {
+                Err(words.fault(format!("not an OFF file: it begins with {}", quoted(word))))
+            }
+            _ => Err(words.fault(format!("{} is not a number of {what}", quoted(word)))),
+        }
+    }
+
+    /// Whether every vertex has a line of its own, with whatever stands in it; else they are numbers one after the other. The
+    /// latter where a line has too few numbers for one, or enough for several, and there are too few lines.
+    fn are_rows(&self, mut words: Words, vertices: u64, faces: u64) -> bool {
+        let rest = words.rest();
+        let first = u64::from(words.word().is_some()) + words.count_in_line();
+        let numbers = 3 + self.numbers_beside();
+        let several = first >= 2 * numbers;
+        first >= 3 && !(several && !has_lines(rest, vertices.saturating_add(faces)))
+    }
+
+    fn text_vertices(&mut self, words: &mut Words, vertices: u64, rows: bool) -> Result<()> {
+        // A position takes six bytes at least.
+        self.positions.reserve(vertices.min(words.rest().len() as u64 / 6) as usize);
+        let mut most = 0;
+        for vertex in 0..vertices {
+            let mut position = [0.0; 3];
+            for (axis, x) in position.iter_mut().enumerate() {
+                *x = finite(words.number()?, axis, vertex).map_err(|what| words.fault(what))?;
+            }
+            self.positions.push(position);
+            if rows {
+                most = most.max(words.count_in_line());
+            } else {
+                (0..self.numbers_beside()).try_for_each(|_| words.number().map(drop))?;
+            }
+        }
+        if most > 0 && self.numbers_beside() == 0 {
+            let what = if (3..=4).contains(&most) { "vertex colours" } else { "further numbers of vertices" };
+            self.dropped.push(what.to_owned());
+        } else if most > 0 || !rows {
+            self.note_beside();
+        }
+        Ok(())
+    }
+
+    fn text_faces(&mut self, words: &mut Words, vertices: u64, faces: u64) -> Result<()> {
+        // A triangle takes eight bytes at least.
+        self.fans.triangles.reserve(faces.min(words.rest().len() as u64 / 8) as usize);
+        for face in 0..faces {
+            let length = length(words.integer()?, face).map_err(|what| words.fault(what))?;
+            for _ in 0..length {
+                let index = words.integer()?;
+                self.corner(index, vertices).map_err(|what| words.fault(what))?;
+            }
+            self.fans.end();
+            let colour = words.count_in_line();
+            if colour > MOST_OF_COLOUR {
+                let what =
+                    format!("{colour} numbers behind the corners of face {face}, and a colour has 4 at most");
+                return Err(words.fault(what));
+            }
+            self.coloured += u64::from(colour > 0);
+        }
+        Ok(())
+    }
+
+    fn binary(mut self, mut values: Binary<true>) -> Result<Source> {
+        let mut counts = [0; 3];
+        for (count, what) in counts.iter_mut().zip(["vertices", "faces", "edges"]) {
+            let told = values.integer(Scalar::I32).map_err(|e| within(e, "counts"))?;
+            *count =
+                u64::try_from(told).map_err(|_| values.fault(format!("{told} is not a number of {what}")))?;
+        }
+        let [vertices, faces, _] = counts;
+        self.binary_vertices(&mut values, vertices).map_err(|e| within(e, "vertices"))?;
+        self.binary_faces(&mut values, vertices, faces).map_err(|e| within(e, "faces"))?;
+        self.dropped.extend(values.rest());
+        Ok(self.source(Coordinates::Float32, false))
+    }
+
+    fn binary_vertices(&mut self, values: &mut Binary<true>, vertices: u64) -> Result<()> {
+        self.positions.reserve(vertices.min(values.at_most(Scalar::F32) as u64 / 3) as usize);
+        for vertex in 0..vertices {
+            let mut position = [0.0; 3];
+            for (axis, x) in position.iter_mut().enumerate() {
+                *x = finite(values.number(Scalar::F32)?, axis, vertex).map_err(|what| values.fault(what))?;
+            }
+            values.skip(Scalar::F32, self.numbers_beside())?;
+            self.positions.push(position);
+        }
+        self.note_beside();
+        Ok(())
+    }
+
+    fn binary_faces(&mut self, values: &mut Binary<true>, vertices: u64, faces: u64) -> Result<()> {
+        for face in 0..faces {
+            let length = length(values.integer(Scalar::I32)?, face).map_err(|what| values.fault(what))?;
+            for _ in 0..length {
+                let index = values.integer(Scalar::I32)?;
+                self.corner(index, vertices).map_err(|what| values.fault(what))?;
+            }
+            self.fans.end();
+            let colour = values.integer(Scalar::I32)?;
+            if !(0..=MOST_OF_COLOUR as i64).contains(&colour) {
+                let what = format!("face {face} has a colour of {colour} numbers, and it has 0 to 4");
+                return Err(values.fault(what));
+            }
+            values.skip(Scalar::F32, colour as u64)?;
+            self.coloured += u64::from(colour > 0);
+        }
+        Ok(())
+    }
+
+    /// A corner of the present face.
+    #[inline]
+    fn corner(&mut self, index: i64, vertices: u64) -> Result<(), String> {
+        match u32::try_from(index) {
+            Ok(v) if u64::from(v) < vertices => {
+                self.fans.corner(v);
+                Ok(())
+            }
+            _ => Err(format!("vertex index {index} is out of range: the file has {vertices} vertices")),
+        }
+    }
+
+    /// How many numbers a vertex has beside its position.
+    fn numbers_beside(&self) -> u64 {
+        self.keyword.beside().iter().filter(|b| b.0).map(|b| b.1).sum()
+    }
+
+    fn note_beside(&mut self) {
+        let there = self.keyword.beside().into_iter().filter(|b| b.0);
+        self.dropped.extend(there.map(|(.., what)| what.to_owned()));
+    }
+
+    fn source(mut self, coordinates: Coordinates, text: bool) -> Source {
+        if self.coloured > 0 {
+            self.dropped.push(format!("face colours ({})", self.coloured));
+        }
+        self.dropped.extend(self.fans.note_short());
+        let (polygons, dropped) = (self.fans.polygons, self.dropped);
+        let mesh = IndexedMesh::new(self.positions, self.fans.triangles);
+        Source { mesh, format: Format::Off, polygons, coordinates, text, dropped }
+    }
+}
+
+fn finite(x: f64, axis: usize, vertex: u64) -> Result<f64, String> {
+    if x.is_finite() { Ok(x) } else { Err(format!("{} of vertex {vertex} is {x}", ["x", "y", "z"][axis])) }
+}
+
+fn length(told: i64, face: u64) -> Result<u64, String> {
+    u64::try_from(told).map_err(|_| format!("face {face} has {told} corners"))
+}
+
+/// Whether there are so many lines with anything but comments.
+fn has_lines(text: &[u8], lines: u64) -> bool {
+    let line = |line: &&[u8]| line.trim_ascii_start().first().is_some_and(|&b| b != b'#');
+    let found = text.split(|b| matches!(b, b'\r' | b'\n')).filter(line);
+    found.take(usize::try_from(lines).unwrap_or(usize::MAX)).count() as u64 == lines
+}
+
+/// Most numbers of a colour.
+const MOST_OF_COLOUR: u64 = 4;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::{Error, InputError, Place};
+    use crate::formats::text::number;
+
+    const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0.1\n";
+    const POSITIONS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.1]];
+    const TRIANGLES: [[u32; 3]; 2] = [[0, 1, 2], [0, 2, 3]];
+
+    fn square(text: impl AsRef<[u8]>) -> Source {
+        let s = read(text.as_ref(), "").unwrap();
+        assert_eq!(s.mesh.positions, POSITIONS, "{:?}", String::from_utf8_lossy(text.as_ref()));
+        assert_eq!(s.mesh.triangles, TRIANGLES);
+        s
+    }
+
+    fn fails(place: Place, what: &str, bytes: impl AsRef<[u8]>) {
+        match read(bytes.as_ref(), "a.off") {
+            Err(Error::Input(e)) => assert_eq!(e, InputError::new("a.off", place, what)),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    /// Numbers, as a binary file has them: those with a point as binary32, others as integers.
+    fn binary(keyword: &str, numbers: &str) -> Vec<u8> {
+        let bytes = numbers.split_whitespace().flat_map(|word| match integer(word.as_bytes()) {
+            Some(n) => (n as i32).to_be_bytes(),
+            None => (number(word.as_bytes()).unwrap() as f32).to_be_bytes(),
+        });
+        let mut file = format!("# made by hand\n{keyword} BINARY\n").into_bytes();
+        file.extend(bytes);
+        file
+    }
+
+    #[test]
+    fn heads_of_all_kinds() {
+        for head in [
+            "OFF\n4 1 4\n",
+            "# c\n\n OFF # c\n# c\n4 # c\n1\n4\n# c\n\n",
+            "OFF 4 1 4\n",
+            "OFF4 1 0\n",
+            "off\n4 1\n",
+            "4 1 4\n",
+            "\u{feff}OFF\n4 1 4\n",
+        ] {
+            for end in ["\n", "\r\n", "\r"] {
+                let s = square(format!("{head}{SQUARE}4 0 1 2 3").replace('\n', end));
+                assert_eq!((s.format, s.coordinates, s.text), (Format::Off, Coordinates::Text, true));
+                assert_eq!((s.polygons, s.dropped), (1, vec![]));
+            }
+        }
+    }
+
+    #[test]
+    fn the_content_tells() {
+        for yes in ["OFF", "\n# c\nOFF #\n", "COFF\n", "STCN4nOFF", "OFF12 4 5", "nOFF", "off"] {
+            assert!(is_off(yes.as_bytes()), "{yes}");
+        }
+        for no in ["", "OFFS", "4 1 4", "NCOFF", "offset", "v 1 2 3", "OFF-1", "solid", "#OFF"] {
+            assert!(!is_off(no.as_bytes()), "{no}");
+        }
+    }
+
+    #[test]
+    fn what_a_vertex_has_beside_its_position() {
+        let file = |keyword: &str, beside: &str| {
+            format!("{keyword}\n4 1 0\n{}4 0 1 2 3\n", SQUARE.replace('\n', &format!(" {beside}\n")))
+        };
+        for (keyword, beside, dropped) in [
+            ("COFF", "255 0 0 255", &["vertex colours"][..]),
+            ("COFF", "1 0 0", &["vertex colours"]),
+            ("COFF", "", &[]),
+            ("NOFF", "0 0 1", &["vertex normals"]),
+            ("STOFF", "0.5 0.5", &["vertex texture coordinates"]),
+            (
+                "STCNOFF",
+                "0 0 1 .1 .2 .3 1 7 8",
+                &["vertex normals", "vertex colours", "vertex texture coordinates"],
+            ),
+            ("OFF", ".1 .2 .3", &["vertex colours"]),
+            ("OFF", "7", &["further numbers of vertices"]),
+        ] {
+            assert_eq!(square(file(keyword, beside)).dropped, dropped, "{keyword} {beside}");
+        }
+    }
+
+    #[test]
+    fn numbers_wherever_lines_end() {
+        let line = SQUARE.replace('\n', " ");
+        square(format!("OFF 4 1 4 {line} 4 0 1 2 3\n"));
+        square(format!("OFF\n4 1 4\n{line}\n4 0 1\n2 3"));
+        square(format!("OFF\n4 1 4\n{} 4 0 1 2 3\n", SQUARE.replace(' ', "\n")));
+        let coloured = SQUARE.replace('\n', " 1 1 1 1 ");
+        assert_eq!(square(format!("COFF 4 1 4\n{coloured} 4 0 1 2 3\n")).dropped, ["vertex colours"]);
+    }
+
+    #[test]
+    fn colours_of_faces_and_short_faces() {
+        let s = square(format!(
+            "OFF\n4 6 0\n{SQUARE}3 0 1 2 255 0 0\n3 0 2 3 # red\n2 0 1 7\n1 0\n0\n1 3 .1 .2 .3 1 # x\nmore\n"
+        ));
+        assert_eq!(
+            s.dropped,
+            [
+                "text after the last face, from line 13 on",
+                "face colours (3)",
+                "faces with fewer than 3 corners (4)"
+            ]
+        );
+    }
+
+    #[test]
+    fn binary_data() {
+        let positions = "0.0 0.0 0.0 1.0 0.0 0.0 1.0 1.0 0.0 0.0 1.0 0.25";
+        let s =
+            read(&binary("OFF", &format!("4 2 0 {positions} 3 0 1 2 0 3 0 2 3 4 1. 1. 1. .5")), "").unwrap();
+        assert_eq!(s.mesh.positions[..3], POSITIONS[..3]);
+        assert_eq!(s.mesh.positions[3], [0.0, 1.0, 0.25]);
+        assert_eq!(s.mesh.triangles, TRIANGLES);
+        assert_eq!((s.coordinates, s.text), (Coordinates::Float32, false));
+        assert_eq!(s.dropped, ["face colours (1)"]);
+
+        let vertex = "1. 2. 3. 0. 0. 1. .1 .2 .3 .4";
+        let s = read(&binary("CNOFF", &format!("1 1 0 {vertex} 3 0 0 0 0 9")), "").unwrap();
+        assert_eq!((&s.mesh.positions[..], &s.mesh.triangles[..]), (&[[1.0, 2.0, 3.0]][..], &[[0; 3]][..]));
+        assert_eq!(s.dropped, ["vertex normals", "vertex colours", "4 bytes after the last element"]);
+    }
+
+    #[test]
+    fn faults_in_text_are_placed() {
+        let with = |faces: &str| format!("OFF\n4 1 4\n{SQUARE}{faces}\n");
+        let range = "is out of range: the file has 4 vertices (faces)";
+        fails(Place::Line(7), &format!("vertex index 4 {range}"), with("3 0 1 4"));
+        fails(Place::Line(7), &format!("vertex index -1 {range}"), with("3 0 -1 2"));
+        fails(Place::Line(7), "\"1.5\" is not an integer (faces)", with("3 0 1.5 2"));
+        fails(Place::Line(7), "face 0 has -3 corners (faces)", with("-3 0 1 2"));
+        let colour = "5 numbers behind the corners of face 0, and a colour has 4 at most (faces)";
+        fails(Place::Line(7), colour, with("3 0 1 2 1 2 3 4 5"));
+        fails(Place::Line(8), "the file ends early (faces)", with("5 0 1 2 3"));
+        fails(Place::Line(4), "y of vertex 1 is NaN (vertices)", with("").replace("1 0 0", "1 nan 0"));
+        fails(Place::Line(4), "x of vertex 1 is -inf (vertices)", with("").replace("1 0 0", "-1e999 0 0"));
+        fails(Place::Line(4), "\"0,5\" is not a number (vertices)", with("").replace("1 0 0", "0,5 0 0"));
+        fails(Place::Line(5), "the file ends early (vertices)", "OFF\n4 1 4\n0 0 0\n1 0 0\n");
+        fails(Place::Line(1), "not an OFF file: it begins with \"solid\"", "solid x\n");
+        fails(Place::Line(2), "\"-4\" is not a number of vertices", "OFF\n-4 1 4\n");
+        fails(Place::Line(2), "\"x\" is not a number of faces", "OFF\n4 x 4\n");
+        fails(Place::Line(2), "\"0.5\" is not a number of edges", "OFF\n4 1 0.5\n");
+        fails(Place::Line(1), "the file ends early: no number of faces", "OFF 4");
+        fails(Place::Line(1), "the file ends early", "#");
+        fails(Place::Line(1), "points of 4 coordinates are not read", "C4OFF\n1 1 1\n");
+        fails(Place::Line(2), "points of n coordinates are not read", "\nnOFF\n5\n1 1 1\n");
+    }
+
+    #[test]
+    fn faults_in_binary_are_placed() {
+        let vertex = "0.0 0.0 0.0";
+        let whole = binary("OFF", &format!("1 1 0 {vertex} 3 0 0 0 0"));
+        let data = whole.len() as u64 - 4 * 11;
+        let at = |number: u64| Place::Byte(data + 4 * number);
+        for length in data..whole.len() as u64 {
+            match read(&whole[..length as usize], "") {
+                Err(Error::Input(e)) => {
+                    assert_eq!(e.place, at((length - data) / 4));
+                    assert!(e.what.starts_with("the file ends early ("), "{e}");
+                }
+                other => panic!("{other:?}"),
+            }
+        }
+        fails(at(1), "-1 is not a number of faces", binary("OFF", "1 -1 0"));
+        fails(at(4), "y of vertex 0 is NaN (vertices)", binary("OFF", "1 1 0 0.0 nan 0.0"));
+        let range = "vertex index 1 is out of range: the file has 1 vertices (faces)";
+        fails(at(8), range, binary("OFF", &format!("1 1 0 {vertex} 3 0 1 0 0")));
+        fails(at(6), "face 0 has -3 corners (faces)", binary("OFF", &format!("1 1 0 {vertex} -3")));
+        let colour = "face 0 has a colour of 5 numbers, and it has 0 to 4 (faces)";
+        fails(at(10), colour, binary("OFF", &format!("1 1 0 {vertex} 3 0 0 0 5")));
+        fails(at(3), "the file ends early (vertices)", binary("OFF", "2147483647 1 0"));
+    }
+}

@@ -57,7 +57,8 @@ fn every_file_is_read_or_refused_at_a_place() {
             Err(Error::Input(e)) => {
                 assert!(stated.is_none_or(|(_, triangles)| triangles == 0), "{e}");
                 assert_eq!(e.file, path.to_string_lossy());
-                assert_eq!(e.place == Place::Whole, e.what == "no triangles", "{e}");
+                let nothing = e.what.starts_with("no triangles") || e.what == "the file is empty";
+                assert_eq!(e.place == Place::Whole, nothing, "{e}");
                 refused += 1;
             }
             Err(e) => panic!("{relative}: {e}"),
@@ -99,8 +100,8 @@ fn faults_are_placed() {
             Place::Byte(6299),
             "vertex index 5000 is out of range: the file has 162 vertices (element face)",
         ),
-        ("nasty/zero_bytes.ply", Place::Whole, "no triangles"),
-        ("nasty/points_only.obj", Place::Whole, "no triangles"),
+        ("nasty/zero_bytes.ply", Place::Whole, "the file is empty"),
+        ("nasty/points_only.obj", Place::Whole, "no triangles, only vertices (162)"),
         ("nasty_real/draco_inf_nan.obj", Place::Line(1), "x of vertex 1 is inf"),
     ] {
         let Err(Error::Input(e)) = formats::read(&folder.join(file)) else { panic!("{file}") };

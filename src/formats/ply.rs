@@ -26,6 +26,14 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<Source> {
     if let Some(second) = vertices.next() {
         return Err(header_fault(name, second, "a second element `vertex`"));
     }
+    let no_indices = |e: &&Element| e.name == "face" && e.count > 0 && index_list(e).is_none();
+    if let Some(face) = header.elements.iter().find(no_indices) {
+        return Err(header_fault(
+            name,
+            face,
+            "element `face` has no list `vertex_indices` or `vertex_index`",
+        ));
+    }
     let axes = vertex.map(|v| axes(v).map_err(|what| header_fault(name, v, &what))).transpose()?;
     let layout = Layout { axes, vertices: vertex.map_or(0, |v| v.count) };
     match header.encoding {
@@ -508,6 +516,9 @@ mod tests {
         fails(Place::Line(3), "element `vertex` has no x, y, z", header("ascii", no_z));
         let list = format!("{no_z}property list int float z\n");
         fails(Place::Line(3), "element `vertex` has no x, y, z", header("ascii", &list));
+        let no_list = "element face 1\nproperty list uchar int corners\nproperty int vertex_indices\n";
+        let what = "element `face` has no list `vertex_indices` or `vertex_index`";
+        fails(Place::Line(3), what, header("ascii", no_list));
         fails(Place::Line(7), "a second element `vertex`", text("element vertex 1\n", ""));
     }
 

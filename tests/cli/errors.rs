@@ -15,7 +15,7 @@ fn faults_of_the_data_are_told_in_one_line() {
     assert!(run.err.starts_with("unweld: bad.obj: line 3: ") && run.err.lines().count() == 1, "{}", run.err);
     assert_eq!(run.code, 1);
     folder.write("empty.ply", "");
-    folder.run("encode empty.ply -o x.uwm").failed(1, "empty.ply: no triangles");
+    folder.run("encode empty.ply -o x.uwm").failed(1, "empty.ply: the file is empty");
     folder.run_with("encode - -o x.uwm", b"").failed(1, "standard input: no triangles");
     folder.run("info sphere.ply").failed(1, "sphere.ply: byte 0: not a .uwm file (spec §3.2)");
     folder.run("decode sphere.ply -o x.ply").failed(1, "sphere.ply: byte 0: not a .uwm file (spec §3.2)");

@@ -16,7 +16,7 @@ fn faults_of_the_data_are_told_in_one_line() {
     assert_eq!(run.code, 1);
     folder.write("empty.ply", "");
     folder.run("encode empty.ply -o x.uwm").failed(1, "empty.ply: the file is empty");
-    folder.run_with("encode - -o x.uwm", b"").failed(1, "standard input: no triangles");
+    folder.run_with("encode - -o x.uwm", b"").failed(1, "standard input: the file is empty");
     folder.run("info sphere.ply").failed(1, "sphere.ply: byte 0: not a .uwm file (spec §3.2)");
     folder.run("decode sphere.ply -o x.ply").failed(1, "sphere.ply: byte 0: not a .uwm file (spec §3.2)");
     folder.write("newer.uwm", b"\x89UWM\r\n\x1A\n\x07\x00");
@@ -54,7 +54,7 @@ fn faults_of_the_arguments() {
         "encode sphere.ply -o x.uwm --max-memory lots",
         "encode sphere.ply -o - --json",
         "decode sphere.uwm",
-        "decode sphere.uwm -o x.stl",
+        "decode sphere.uwm -o x.off",
         "decode sphere.uwm -o x.ply --level 1 --faces 2",
         "decode sphere.uwm -o x.ply --error -1",
         "decode sphere.uwm -o x.ply --via keyframe --faces 100",

@@ -9,7 +9,7 @@ use crate::error::{Error, InputError, Place, Result};
 use crate::mesh::IndexedMesh;
 
 use super::fan::Fans;
-use super::text::{BYTE_ORDER_MARK, integer, line_end, number, quoted};
+use super::text::{byte_order_mark, integer, line_end, number, quoted};
 use super::{Coordinates, Format, Source};
 
 /// Reads an OBJ file. `name` is for error messages.
@@ -17,10 +17,7 @@ use super::{Coordinates, Format, Source};
 /// # Errors
 /// [`Error::Input`] at the line at fault.
 pub(super) fn read(bytes: &[u8], name: &str) -> Result<Source> {
-    let mut statements = Statements { bytes, next: 0, line: 1, name };
-    if bytes.starts_with(BYTE_ORDER_MARK) {
-        statements.next = BYTE_ORDER_MARK.len();
-    }
+    let mut statements = Statements { bytes, next: byte_order_mark(bytes), line: 1, name };
     let mut positions = Vec::new();
     let mut faces = Faces::default();
     let mut dropped = Dropped::default();

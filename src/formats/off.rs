@@ -15,7 +15,7 @@ use crate::mesh::IndexedMesh;
 use super::fan::Fans;
 use super::ply_header::Scalar;
 use super::ply_values::{Binary, Values};
-use super::text::{BYTE_ORDER_MARK, ENDS_EARLY, Words, integer, line_end, quoted};
+use super::text::{ENDS_EARLY, Words, byte_order_mark, integer, line_end, quoted};
 use super::{Coordinates, Format, Source, within};
 
 /// Reads an OFF file. `name` is for error messages.
@@ -46,8 +46,7 @@ pub(super) fn is_off(bytes: &[u8]) -> bool {
 }
 
 fn words<'a>(bytes: &'a [u8], name: &'a str) -> Words<'a> {
-    let skipped = if bytes.starts_with(BYTE_ORDER_MARK) { BYTE_ORDER_MARK.len() } else { 0 };
-    Words::new(bytes, skipped, 0, name).with_comments()
+    Words::new(bytes, byte_order_mark(bytes), 0, name).with_comments()
 }
 
 /// What the first word tells.
@@ -141,14 +140,13 @@ impl Body {
         }
     }
 
-    /// Whether every vertex has a line of its own, with whatever stands in it; else they are numbers one after the other. The
-    /// latter where a line has too few numbers for one, or enough for several, and there are too few lines.
+    /// Whether every vertex has a line of its own, with whatever else stands in it; or else they are numbers one after the
+    /// other: where the first line has too few for one, or others than the keyword tells and there are too few lines.
     fn are_rows(&self, mut words: Words, vertices: u64, faces: u64) -> bool {
         let rest = words.rest();
         let first = u64::from(words.word().is_some()) + words.count_in_line();
         let numbers = 3 + self.numbers_beside();
-        let several = first >= 2 * numbers;
-        first >= 3 && !(several && !has_lines(rest, vertices.saturating_add(faces)))
+        first >= 3 && (first == numbers || has_lines(rest, vertices.saturating_add(faces)))
     }
 
     fn text_vertices(&mut self, words: &mut Words, vertices: u64, rows: bool) -> Result<()> {
@@ -388,6 +386,7 @@ mod tests {
         square(format!("OFF 4 1 4 {line} 4 0 1 2 3\n"));
         square(format!("OFF\n4 1 4\n{line}\n4 0 1\n2 3"));
         square(format!("OFF\n4 1 4\n{} 4 0 1 2 3\n", SQUARE.replace(' ', "\n")));
+        square("OFF\n4 1 4\n0 0 0 1\n0 0 1 1\n0 0 1 0.1\n4 0 1 2 3\n");
         let coloured = SQUARE.replace('\n', " 1 1 1 1 ");
         assert_eq!(square(format!("COFF 4 1 4\n{coloured} 4 0 1 2 3\n")).dropped, ["vertex colours"]);
     }

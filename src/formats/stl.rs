@@ -10,7 +10,7 @@ use crate::error::{InputError, Place, Result};
 use crate::mesh::IndexedMesh;
 
 use super::fan::Fans;
-use super::text::{self, ENDS_EARLY, Words, number, quoted};
+use super::text::{self, ENDS_EARLY, Words, byte_order_mark, number, quoted};
 use super::{Coordinates, Format, Source};
 
 /// Reads an STL file. `name` is for error messages.
@@ -32,7 +32,8 @@ pub(super) fn is_stl(bytes: &[u8]) -> bool {
 
 /// Whether the file begins with `solid` and goes on as text.
 fn is_text(bytes: &[u8]) -> bool {
-    let solid = bytes.trim_ascii_start().split_at_checked(5).is_some_and(|(first, rest)| {
+    let text = &bytes[byte_order_mark(bytes)..];
+    let solid = text.trim_ascii_start().split_at_checked(5).is_some_and(|(first, rest)| {
         first.eq_ignore_ascii_case(b"solid") && rest.first().is_none_or(u8::is_ascii_whitespace)
     });
     // A binary file has a zero in the number of facets or in the first of them.
@@ -109,7 +110,7 @@ struct Text<'a> {
 
 impl<'a> Text<'a> {
     fn new(bytes: &'a [u8], name: &'a str) -> Self {
-        let words = Words::new(bytes, 0, 0, name);
+        let words = Words::new(bytes, byte_order_mark(bytes), 0, name);
         let (positions, fans) = (Vec::new(), Fans::default());
         Self { words, positions, fans, facets: 0, solids: 0, named: 0, normals: false }
     }
@@ -243,7 +244,10 @@ mod tests {
         let file = format!("solid a b\n{FACET_TEXT}endsolid a b\n");
         let shouted = file.to_uppercase();
         let one_line = format!("solid a b\n{}endsolid", FACET_TEXT.replace('\n', " "));
-        for text in [file.clone(), file.replace('\n', "\r\n"), file.replace('\n', "\r"), shouted, one_line] {
+        let marked = format!("\u{feff}{file}");
+        for text in
+            [file.clone(), marked, file.replace('\n', "\r\n"), file.replace('\n', "\r"), shouted, one_line]
+        {
             assert!(is_stl(text.as_bytes()));
             let s = read(text.as_bytes(), "").unwrap();
             assert_eq!(s.mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]]);

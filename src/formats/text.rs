@@ -119,8 +119,10 @@ impl<'a> Words<'a> {
     }
 }
 
-/// UTF-8's mark, which some editors put at the start of a file.
-pub(super) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+/// Length of UTF-8's mark at the start of `bytes`, where some editors put it; 0 where there is none.
+pub(super) fn byte_order_mark(bytes: &[u8]) -> usize {
+    if bytes.starts_with(b"\xef\xbb\xbf") { 3 } else { 0 }
+}
 
 /// What there is to say where data are missing.
 pub(super) const ENDS_EARLY: &str = "the file ends early";

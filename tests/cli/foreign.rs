@@ -114,7 +114,7 @@ fn what_is_no_mesh_is_refused_at_its_place() {
     folder.write("model.glb", b"glTF\x02\0\0\0");
     folder.run("encode model.glb -o x.uwm").failed(1, &format!("model.glb: {none}"));
     folder.run_with("encode - -o x.uwm", b"\0\0").failed(1, &format!("standard input: {none}"));
-    folder.write("short.stl", &[b' '; 90]);
+    folder.write("short.stl", [b' '; 90]);
     let early = "byte 84: the file ends early: the header tells of 538976288 facets, 0 are there";
     folder.run("encode short.stl -o x.uwm").failed(1, &format!("short.stl: {early}"));
     folder.write("far.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n");

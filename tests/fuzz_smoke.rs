@@ -76,6 +76,7 @@ fn formats() {
     let mut random = Random(factor() as u64);
     smoke(fuzzing::fuzz_formats, 2000, 200);
     for file in FILES {
+        unweld::formats::read_bytes(file, None, "").expect("what is then changed is a mesh");
         for _ in 0..2000 * factor() {
             let mut bytes = file.to_vec();
             for _ in 0..random.below(4) {

@@ -64,7 +64,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
     let levels = shown(&uwm.contents);
     let meshes = decode_levels(&mut uwm, &levels, &mut progress)?;
-    let view = View { width: 2100, height: 720, turn_degrees: 25.0, tilt_degrees: 20.0, wireframe: true };
+    let view = View {
+        width: 2100,
+        height: 720,
+        turn_degrees: 25.0,
+        tilt_degrees: 20.0,
+        wireframe: true,
+        ..View::default()
+    };
     let drawn = render(&meshes.iter().collect::<Vec<_>>(), &view)?;
     picture.write(|mut out| write_png(&drawn, &mut out))?;
     drop(progress);

@@ -74,7 +74,7 @@ const KEY_COLOUR: Vec3 = Vec3::new(1.08, 0.99, 0.86);
 const SKY_COLOUR: Vec3 = Vec3::new(0.16, 0.2, 0.26);
 const GROUND_COLOUR: Vec3 = Vec3::new(0.05, 0.045, 0.04);
 /// Strength of the light from the camera, and of the reflection of the main light.
-const HEADLIGHT: f32 = 0.12;
+const HEADLIGHT: f32 = 0.2;
 const GLINT: f32 = 0.07;
 /// Towards the main light: x right, y up, z to the camera.
 const KEY_LIGHT: Vec3 = Vec3::new(-0.7, 0.7, 0.65);

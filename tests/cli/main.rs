@@ -6,6 +6,7 @@ mod encode;
 mod errors;
 mod simplify;
 mod verify;
+mod view;
 
 use serde_json::Value;
 use std::io::Write;

@@ -1,6 +1,7 @@
 //! The command line: arguments and composition. A file for each command, and what several of them need.
 
 mod args;
+mod batch;
 mod decode;
 mod demo;
 mod describe;
@@ -8,6 +9,7 @@ mod encode;
 mod failure;
 mod info;
 mod input;
+mod inputs;
 mod memory;
 mod numbers;
 mod output;

@@ -79,21 +79,15 @@ struct Outcome {
     seconds: f64,
 }
 
-/// A folder is wanted, and a name that is plainly that of a file is more likely a slip.
+/// A folder is wanted; a name that is plainly that of a file is more likely a slip.
 fn check(folder: &Path) -> anyhow::Result<()> {
-    let name = folder.display();
-    if is_stream(folder) {
-        return Err(
-            Usage("several inputs, or a folder, go to a folder, not to standard output".to_owned()).into()
-        );
-    }
-    if !is_folder(folder) && folder.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm")) {
-        let what = format!(
-            "several inputs, or a folder, go to a folder: {name} is the name of a file, {name}/ that of a folder"
-        );
-        return Err(Usage(what).into());
-    }
-    Ok(())
+    let is_file = folder.exists() || folder.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm"));
+    let what = match folder.display() {
+        _ if is_stream(folder) => "not to standard output".to_owned(),
+        name if !is_folder(folder) && is_file => format!("and {name} is the name of a file"),
+        _ => return Ok(()),
+    };
+    Err(Usage(format!("several inputs, or a folder, go to a folder, {what}")).into())
 }
 
 /// Each thread takes the next input as soon as it is through with one; results are in the order of the jobs.

@@ -13,6 +13,7 @@ use super::progress::Progress;
 use super::uwm::Uwm;
 use anyhow::Context;
 use serde_json::{Map, Value, json};
+use std::fs;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -75,9 +76,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 fn run_one(args: &Args, input: &Path) -> anyhow::Result<()> {
-    let output = match inputs::is_folder(&args.output) {
-        true => Output::new(&inputs::into_folder(input, &args.output)?)?,
-        false => Output::new(&args.output)?,
+    let output = if inputs::is_folder(&args.output) {
+        let path = inputs::into_folder(input, &args.output)?;
+        fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
+        Output::new(&path)?
+    } else {
+        Output::new(&args.output)?
     };
     if args.json && output.is_stream() {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());

@@ -1,5 +1,7 @@
 //! Triangles to samples: a z-buffer that holds some rows of the picture at a time.
 
+use std::ops::Range;
+
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
 use super::shade::shade;
@@ -7,18 +9,21 @@ use super::shade::shade;
 /// Samples a pixel along each axis.
 pub const SIDE: usize = 3;
 
-/// Some rows of a pane: depth and linear colour of `SIDE` x `SIDE` samples a pixel. All but the colours is in samples.
+/// Some rows of a pane: of `SIDE` x `SIDE` samples a pixel the depth, linear colour, and opacity, 0 or 1. All but the
+/// colours is in samples.
 pub struct Band {
     top: usize,
     width: usize,
     height: usize,
     depths: Vec<f32>,
-    colours: Vec<Vec3>,
+    colours: Vec<Vec4>,
 }
 
-/// Whether a triangle is seen: it has an area on screen, and all its coordinates are finite.
-pub fn is_seen(corners: [DVec3; 3]) -> bool {
-    normal(corners).is_some()
+/// The samples that a triangle covers lie in these rows; `None` where it is not seen: its area on screen is so small
+/// that a sample would be hit by chance alone, or a coordinate is not finite.
+pub fn rows(corners: [DVec3; 3]) -> Option<Range<f64>> {
+    let [a, b, c] = corners.map(|p| p.y);
+    normal(corners).map(|_| a.min(b).min(c)..a.max(b).max(c))
 }
 
 impl Band {
@@ -26,7 +31,7 @@ impl Band {
     pub fn new(width: usize, top: usize, height: usize) -> Self {
         let (width, top, height) = (width * SIDE, top * SIDE, height * SIDE);
         let count = width * height;
-        Self { top, width, height, depths: vec![f32::NEG_INFINITY; count], colours: vec![Vec3::ZERO; count] }
+        Self { top, width, height, depths: vec![f32::NEG_INFINITY; count], colours: vec![Vec4::ZERO; count] }
     }
 
     /// Draws a triangle, row by row, between the places where its edges cross the row. `smooth` gives the averaged
@@ -37,12 +42,8 @@ impl Band {
         smooth: impl FnOnce() -> Option<[Vec3; 3]>,
         wireframe: bool,
     ) {
+        let (Some(normal), Some(rows)) = (normal([a, b, c]), rows([a, b, c])) else { return };
         let within = |y: f64| (y - self.top as f64).clamp(0.0, self.height as f64);
-        let rows = within(a.y.min(b.y).min(c.y)) as usize..within(a.y.max(b.y).max(c.y)).ceil() as usize;
-        if rows.is_empty() {
-            return;
-        }
-        let Some(normal) = normal([a, b, c]) else { return };
         let colours = shade(normal, smooth());
         // Barycentric coordinates are linear in x and y: `slope . (x, y) + constant`.
         let linear = |p: DVec3, q: DVec3| {
@@ -50,11 +51,9 @@ impl Band {
             (slope, -slope.dot(p.truncate()))
         };
         let planes = [linear(b, c), linear(c, a), linear(a, b)];
-        let heights = planes.map(|(slope, _)| slope.length().recip());
-        let least_height = heights.into_iter().fold(f64::INFINITY, f64::min) / SIDE as f64;
-        let ink = if wireframe { INK * (least_height / FULL_INK_HEIGHT).min(1.0) as f32 } else { 0.0 };
+        let edges = wireframe.then(|| Edges::of(planes.map(|(slope, _)| slope)));
 
-        for row in rows {
+        for row in within(rows.start) as usize..within(rows.end).ceil() as usize {
             let y = (self.top + row) as f64 + 0.5;
             let (mut low, mut high) = (0.0, self.width as f64);
             let at_start = planes.map(|(slope, constant)| slope.y * y + constant);
@@ -75,29 +74,46 @@ impl Band {
                 let depth = (weights[0] * a.z + weights[1] * b.z + weights[2] * c.z) as f32;
                 let sample = row * self.width + column;
                 if depth > self.depths[sample] {
-                    let from_edge = (0..3).map(|k| weights[k] * heights[k]).fold(f64::INFINITY, f64::min);
-                    let inked = (LINE * SIDE as f64 + 0.5 - from_edge).clamp(0.0, 1.0) as f32;
-                    let colour: Vec3 = (0..3).map(|k| colours[k] * weights[k] as f32).sum();
+                    let [u, v, w] = weights.map(|weight| weight as f32);
+                    let light = edges.as_ref().map_or(1.0, |edges| edges.light(weights));
                     self.depths[sample] = depth;
-                    self.colours[sample] = colour * (1.0 - ink * inked);
+                    self.colours[sample] =
+                        ((colours[0] * u + colours[1] * v + colours[2] * w) * light).extend(1.0);
                 }
             }
         }
     }
 
-    /// The sum of the colours of a pixel's samples that a triangle covers, and what part of all they are, both over
-    /// the number of samples: colour premultiplied by opacity.
+    /// The mean colour and opacity of a pixel's samples.
     pub fn pixel(&self, x: usize, y: usize) -> Vec4 {
-        let rows = (y * SIDE..(y + 1) * SIDE).flat_map(|row| {
-            let samples = row * self.width + x * SIDE..row * self.width + (x + 1) * SIDE;
-            self.depths[samples.clone()].iter().zip(&self.colours[samples])
-        });
-        let covered = rows.filter(|(depth, _)| **depth > f32::NEG_INFINITY);
-        covered.map(|(_, colour)| colour.extend(1.0)).sum::<Vec4>() / (SIDE * SIDE) as f32
+        let rows = (y * SIDE..(y + 1) * SIDE).map(|row| &self.colours[row * self.width + x * SIDE..][..SIDE]);
+        rows.flatten().sum::<Vec4>() / (SIDE * SIDE) as f32
     }
 }
 
-/// Its z is twice the area on screen, signed; `None` beneath an area that no sample would be hit by but by chance.
+/// How edges are drawn: heights of the triangle over them, in samples, and the ink they get.
+struct Edges {
+    heights: [f64; 3],
+    ink: f32,
+}
+
+impl Edges {
+    /// By the slopes of the barycentric coordinates.
+    fn of(slopes: [DVec2; 3]) -> Self {
+        let heights = slopes.map(|slope| slope.length().recip());
+        let least = heights.into_iter().fold(f64::INFINITY, f64::min) / SIDE as f64;
+        Self { heights, ink: INK * (least / FULL_INK_HEIGHT).min(1.0) as f32 }
+    }
+
+    /// What part of the light is left at a point, given by its barycentric coordinates.
+    fn light(&self, weights: [f64; 3]) -> f32 {
+        let distances = weights.iter().zip(self.heights).map(|(weight, height)| weight * height);
+        let nearest = distances.fold(f64::INFINITY, f64::min);
+        1.0 - self.ink * (LINE * SIDE as f64 + 0.5 - nearest).clamp(0.0, 1.0) as f32
+    }
+}
+
+/// Its z is twice the area on screen, signed.
 fn normal([a, b, c]: [DVec3; 3]) -> Option<DVec3> {
     let normal = (b - a).cross(c - a);
     (normal.is_finite() && normal.z.abs() >= 1e-9).then_some(normal)

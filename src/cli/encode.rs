@@ -350,7 +350,9 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex
   unweld encode bunny.ply scans/ more/*.obj -o coded/ --jobs 4
 
-Several inputs and folders become files of the same names in DIR, without .ply or the like and .gz: bunny.ply.gz
-becomes DIR/bunny.uwm. Folders are searched with all folders in them, and what lies in IN/a/ goes to DIR/a/; hidden
-files, files that are not called as meshes are, and linked folders are left out and counted. Two inputs that would
-become one file are refused before any work is done. An input that fails does not stop the others; the exit code is 1.";
+SEVERAL INPUTS
+  Each becomes a file of its name in DIR: scans/bunny.ply.gz becomes DIR/bunny.uwm.
+  Folders are searched to the bottom; IN/a/bunny.ply becomes DIR/a/bunny.uwm.
+  Left out and counted: hidden files, files not called as meshes are, linked folders.
+  Two inputs that would become one file are refused before any work is done.
+  One that fails does not stop the others; then the exit code is 1.";

@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         wireframe: true,
         ..View::default()
     };
-    view::draw(&shown, &view, picture)?;
+    view::draw(&shown, &view, picture, &mut progress)?;
     drop(progress);
     let counts: Vec<String> = shown.iter().map(|mesh| grouped(mesh.triangles.len() as u64)).collect();
     let file = &uwm_file.name;

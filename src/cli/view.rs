@@ -14,12 +14,13 @@ use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 use unweld::container::{Want, plan};
 use unweld::decoder::{Event, Until};
 use unweld::formats;
 use unweld::mesh::IndexedMesh;
-use unweld::render::{Picture, Up, View, render, write_png};
+use unweld::render::{Picture, Up, View, render_with, write_png};
 
 /// Draw a mesh, or levels of a .uwm file side by side, as a PNG picture
 #[derive(clap::Args)]
@@ -102,7 +103,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let read = start.elapsed().as_secs_f64();
     let drawn: Vec<&IndexedMesh> = shown.iter().map(|&(_, mesh)| mesh).collect();
-    let (picture, bytes) = draw(&drawn, &args.look.view(drawn.len()), &output)?;
+    let (picture, bytes) = draw(&drawn, &args.look.view(drawn.len()), &output, &mut progress)?;
     let draw = start.elapsed().as_secs_f64() - read;
     drop(progress);
 
@@ -165,8 +166,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 ///
 /// # Errors
 /// Those of the medium.
-pub fn draw(meshes: &[&IndexedMesh], view: &View, output: &Output) -> anyhow::Result<(Picture, u64)> {
-    let picture = render(meshes, view)?;
+pub fn draw(
+    meshes: &[&IndexedMesh],
+    view: &View,
+    output: &Output,
+    progress: &mut Progress,
+) -> anyhow::Result<(Picture, u64)> {
+    let progress = Mutex::new(progress);
+    let tell =
+        |done, total| progress.lock().unwrap_or_else(PoisonError::into_inner).update("draw", done, total);
+    let picture = render_with(meshes, view, &tell)?;
     let mut file = Vec::new();
     write_png(&picture, &mut file).with_context(|| output.name.clone())?;
     output.write(|out| out.write_all(&file))?;

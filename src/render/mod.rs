@@ -12,6 +12,7 @@ mod tests;
 
 use std::io::{self, Write};
 use std::num::NonZero;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::thread;
 
@@ -97,6 +98,18 @@ pub struct Picture {
 /// # Errors
 /// [`Error::Parameter`] where a side of the picture has no pixel or too many, or an angle is not finite.
 pub fn render(meshes: &[&IndexedMesh], view: &View) -> Result<Picture> {
+    render_with(meshes, view, &|_, _| ())
+}
+
+/// As [`render`]; `tell` hears, from any thread, how many pixel rows of how many are done.
+///
+/// # Errors
+/// As [`render`].
+pub fn render_with(
+    meshes: &[&IndexedMesh],
+    view: &View,
+    tell: &(dyn Fn(u64, u64) + Sync),
+) -> Result<Picture> {
     let sides = 1..=View::MAX_SIDE;
     if !sides.contains(&view.width) || !sides.contains(&view.height) {
         return Err(Error::Parameter(format!("a picture has 1 to {} pixels a side", View::MAX_SIDE)));
@@ -119,6 +132,7 @@ pub fn render(meshes: &[&IndexedMesh], view: &View) -> Result<Picture> {
     let background = view.background.map(shade::from_srgb);
     let mut pixels = vec![opaque(background, Vec4::ZERO); width * height];
     let bands = Mutex::new(pixels.chunks_mut(width * BAND).enumerate());
+    let done = AtomicUsize::new(0);
     let draw_bands = || {
         // The lock is held for taking a band alone, not while it is drawn.
         let next = || bands.lock().unwrap_or_else(PoisonError::into_inner).next();
@@ -126,6 +140,8 @@ pub fn render(meshes: &[&IndexedMesh], view: &View) -> Result<Picture> {
             for pane in &panes {
                 pane.draw(rows, k * BAND, width, view.wireframe, background);
             }
+            let before = done.fetch_add(rows.len() / width, Ordering::Relaxed);
+            tell((before + rows.len() / width) as u64, height as u64);
         }
     };
     thread::scope(|scope| {

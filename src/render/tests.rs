@@ -239,3 +239,15 @@ fn bands_do_not_show() {
     assert_eq!(picture, render(&[&mesh], &tall).unwrap());
     assert_eq!(background(&picture), 40 * 1000 - 36 * 900);
 }
+
+/// Every row is told of once, whoever draws it.
+#[test]
+fn progress_comes_to_an_end() {
+    let view = View { width: 9, height: 1000, ..View::default() };
+    let heard = Mutex::new(Vec::new());
+    render_with(&[&square(0.0)], &view, &|done, total| heard.lock().unwrap().push((done, total))).unwrap();
+    let mut heard = heard.into_inner().unwrap();
+    heard.sort_unstable();
+    assert!(heard.windows(2).all(|pair| pair[0].0 < pair[1].0));
+    assert_eq!(heard.last(), Some(&(1000, 1000)));
+}

@@ -7,15 +7,15 @@ use super::output::{MeshFormat, Output, say};
 use super::progress::Progress;
 use super::uwm::Uwm;
 use super::verify;
+use super::view;
 use anyhow::Context;
 use std::fs;
 use std::path::{Path, PathBuf};
 use unweld::container::Contents;
-use unweld::decoder::{Event, Until};
 use unweld::encoder::{Keyframes, Options};
 use unweld::formats::{Coordinates, Format, Source};
 use unweld::mesh::{IndexedMesh, shapes};
-use unweld::render::{View, render, write_png};
+use unweld::render::View;
 
 /// Make a mesh, encode it, verify it, and draw three of its levels
 #[derive(clap::Args)]
@@ -69,12 +69,19 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     say(&format!("{}\n\n", lines.join("\n  ")))?;
 
     let levels = shown(&uwm.contents);
-    let meshes = decode_levels(&mut uwm, &levels, &mut progress)?;
-    let view = View { width: 2100, height: 720, turn_degrees: 25.0, tilt_degrees: 20.0, wireframe: true };
-    let drawn = render(&meshes.iter().collect::<Vec<_>>(), &view)?;
-    picture.write(|mut out| write_png(&drawn, &mut out))?;
+    let meshes = view::levels(&mut uwm, &levels, &mut progress)?;
+    let shown: Vec<&IndexedMesh> = levels.iter().filter_map(|level| meshes.get(level)).collect();
+    let view = View {
+        width: 2100,
+        height: 720,
+        turn_degrees: view::TURN,
+        tilt_degrees: view::TILT,
+        wireframe: true,
+        ..View::default()
+    };
+    view::draw(&shown, &view, picture, &mut progress)?;
     drop(progress);
-    let counts: Vec<String> = meshes.iter().map(|mesh| grouped(mesh.triangles.len() as u64)).collect();
+    let counts: Vec<String> = shown.iter().map(|mesh| grouped(mesh.triangles.len() as u64)).collect();
     let file = &uwm_file.name;
     say(&format!(
         "Drew its levels of {} triangles: {}\n\nNow try\n  unweld info {file}\n  \
@@ -96,17 +103,6 @@ fn shown(contents: &Contents) -> Vec<u32> {
     };
     let finest = f64::from(contents.header.triangles);
     vec![next_to(finest / 64.0), next_to(finest / 8.0), 0]
-}
-
-fn decode_levels(uwm: &mut Uwm, levels: &[u32], progress: &mut Progress) -> anyhow::Result<Vec<IndexedMesh>> {
-    let mut meshes = Vec::new();
-    uwm.decode(None, Until::default(), progress, &mut |decoder, event| {
-        if matches!(event, Event::Level { level, .. } if levels.contains(level)) {
-            meshes.push(decoder.assembled()?);
-        }
-        Ok(())
-    })?;
-    Ok(meshes)
 }
 
 /// 81,920 triangles.

@@ -141,8 +141,7 @@ impl Description {
             line("residue", &self.residue_text());
         }
         if let Some(metadata) = &self.metadata {
-            let told =
-                |name: &str| metadata.conditioning.iter().find(|(n, _)| n == name).map_or(0, |&(_, n)| n);
+            let told = |name: &str| told(metadata, name);
             let topology = [
                 count(told("components"), "component"),
                 count(told("handles"), "handle"),
@@ -154,12 +153,7 @@ impl Description {
                 },
             ];
             line("topology", &topology.join(", "));
-            let found: Vec<String> = FINDINGS
-                .iter()
-                .filter(|(name, ..)| told(name) > 0)
-                .map(|(name, noun, done)| count(told(name), noun) + done)
-                .collect();
-            line("found", &if found.is_empty() { "a manifold".to_owned() } else { found.join(", ") });
+            line("found", &found(metadata));
             if !metadata.dropped.is_empty() {
                 line("dropped", &metadata.dropped.join(", "));
             }
@@ -202,6 +196,16 @@ impl Description {
     }
 }
 
+/// What conditioning found.
+pub fn found(metadata: &Metadata) -> String {
+    let found: Vec<String> = FINDINGS
+        .iter()
+        .filter(|(name, ..)| told(metadata, name) > 0)
+        .map(|(name, noun, done)| count(told(metadata, name), noun) + done)
+        .collect();
+    if found.is_empty() { "a manifold".to_owned() } else { found.join(", ") }
+}
+
 /// The diagonal of the input's bounding box; that of the lattice where the metadata do not tell.
 pub fn diagonal(contents: &Contents, metadata: Option<&Metadata>) -> f64 {
     metadata.map_or_else(
@@ -211,6 +215,10 @@ pub fn diagonal(contents: &Contents, metadata: Option<&Metadata>) -> f64 {
         },
         |m| m.diagonal,
     )
+}
+
+fn told(metadata: &Metadata, name: &str) -> u64 {
+    metadata.conditioning.iter().find(|(n, _)| n == name).map_or(0, |&(_, n)| n)
 }
 
 struct LevelLine {

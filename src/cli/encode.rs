@@ -1,9 +1,11 @@
 //! `unweld encode`: from a foreign mesh to a `.uwm` file.
 
 use super::args::{Preview, Profile, Simplification, keyframes, size, value_name};
+use super::batch;
 use super::describe::Description;
 use super::failure::Usage;
 use super::input;
+use super::inputs;
 use super::memory::peak;
 use super::numbers::{count, grouped, memory, significant};
 use super::output::{Output, remark, say};
@@ -11,6 +13,8 @@ use super::progress::Progress;
 use super::uwm::Uwm;
 use anyhow::Context;
 use serde_json::{Map, Value, json};
+use std::fs;
+use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
@@ -18,16 +22,19 @@ use unweld::formats::{self, Coordinates};
 use unweld::mesh::Lattice;
 use unweld::simplify;
 
-/// Encode a mesh (PLY, OBJ, STL or OFF, also gzip-compressed) as a .uwm file
+/// Encode meshes (PLY, OBJ, STL or OFF, also gzip-compressed) as .uwm files
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The mesh, - for standard input
-    #[arg(value_name = "IN")]
-    input: PathBuf,
-    /// The file to write, - for standard output
-    #[arg(short, long, value_name = "OUT.uwm")]
+    /// The mesh, - for standard input; or several, and folders of them
+    #[arg(value_name = "IN", required = true)]
+    input: Vec<PathBuf>,
+    /// The file to write, - for standard output; the folder to write to, where there are several inputs or a folder
+    #[arg(short, long, value_name = "OUT.uwm|DIR")]
     output: PathBuf,
+    /// How many inputs to encode at a time; as many as there are processors where not given
+    #[arg(long, value_name = "N")]
+    pub(super) jobs: Option<NonZero<usize>>,
     /// Bits a coordinate
     #[arg(long, value_name = "N", default_value_t = Options::default().position_bits,
           value_parser = clap::value_parser!(u32).range(i64::from(Lattice::MIN_BITS)..=i64::from(Lattice::MAX_BITS)))]
@@ -44,15 +51,15 @@ pub struct Args {
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
     #[arg(long, value_name = "LEVELS", default_value = "none", value_parser = keyframes)]
     keyframes: Keyframes,
-    /// Most memory to use, in bytes or with a suffix K, M, G
+    /// Most memory to use for each input, in bytes or with a suffix K, M, G
     #[arg(long, value_name = "M", value_parser = size)]
     max_memory: Option<u64>,
     /// One JSON object on standard output instead of text
     #[arg(long)]
-    json: bool,
+    pub(super) json: bool,
     /// No progress bar and no report
     #[arg(long, short)]
-    quiet: bool,
+    pub(super) quiet: bool,
     #[command(flatten)]
     simplification: Simplification,
 }
@@ -62,40 +69,88 @@ pub struct Args {
 /// # Errors
 /// Those of reading, encoding and writing.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let output = Output::new(&args.output)?;
+    match &args.input[..] {
+        [input] if !input.is_dir() => run_one(args, input),
+        inputs => batch::run(args, inputs, &args.output),
+    }
+}
+
+fn run_one(args: &Args, input: &Path) -> anyhow::Result<()> {
+    let output = if inputs::is_folder(&args.output) {
+        let path = inputs::into_folder(input, &args.output)?;
+        fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
+        Output::new(&path)?
+    } else {
+        Output::new(&args.output)?
+    };
     if args.json && output.is_stream() {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
-    let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
-    let source = input::read(&args.input)?;
-    let read = start.elapsed().as_secs_f64();
-    let encoded = encode(&source, &args.input, options(args), settings(args), &mut progress)?;
-    let start = Instant::now();
-    output.write(|out| out.write_all(&encoded.file))?;
-    let write = start.elapsed().as_secs_f64();
+    let done = encode_to(args, input, &output, &mut progress)?;
     drop(progress);
 
-    let Encoded { file, report } = encoded;
-    let mut uwm = Uwm::in_memory(file, &output.name)?;
-    let description =
-        Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
-    let warnings = warnings(args, &description, &report);
     if args.json {
-        let mut object = description.json();
-        add_report(&mut object, &description, &report, [read, write], &warnings);
+        let mut object = done.json();
+        object.insert("peak_bytes".to_owned(), json!(peak()));
         return say(&format!("{:#}\n", Value::Object(object)));
     }
-    for warning in &warnings {
-        remark(args.quiet, &format!("{}: {warning}", input::name(&args.input)));
+    for warning in &done.warnings {
+        remark(args.quiet, &format!("{}: {warning}", input::name(input)));
     }
     if args.quiet {
         return Ok(());
     }
-    let head = format!("{} -> {}\n", input::name(&args.input), output.name);
-    let body = report_text(&description, &report);
-    let times = times(&report, [read, write]);
+    let head = format!("{} -> {}\n", input::name(input), output.name);
+    let body = report_text(&done.description, &done.report);
+    let times = times(&done.report, done.seconds);
     output.say(&format!("{head}{body}{times}"))
+}
+
+/// What there is to tell of an input that has been encoded.
+pub struct Done {
+    /// The file.
+    pub description: Description,
+    /// What the encoder tells.
+    pub report: Report,
+    /// What the user may not have expected.
+    pub warnings: Vec<String>,
+    /// For reading and for writing.
+    seconds: [f64; 2],
+}
+
+impl Done {
+    /// One JSON object.
+    pub fn json(&self) -> Map<String, Value> {
+        let mut object = self.description.json();
+        add_report(&mut object, &self.description, &self.report, self.seconds, &self.warnings);
+        object
+    }
+}
+
+/// From an input to an output.
+///
+/// # Errors
+/// Those of reading, encoding and writing.
+pub fn encode_to(
+    args: &Args,
+    input: &Path,
+    output: &Output,
+    progress: &mut Progress,
+) -> anyhow::Result<Done> {
+    let start = Instant::now();
+    let source = input::read(input)?;
+    let read = start.elapsed().as_secs_f64();
+    let Encoded { file, report } = encode(&source, input, options(args), settings(args), progress)?;
+    drop(source);
+    let start = Instant::now();
+    output.write(|out| out.write_all(&file))?;
+    let write = start.elapsed().as_secs_f64();
+    let mut uwm = Uwm::in_memory(file, &output.name)?;
+    let description =
+        Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
+    let warnings = warnings(args, &description, &report);
+    Ok(Done { description, report, warnings, seconds: [read, write] })
 }
 
 /// A file and how it came about.
@@ -282,7 +337,6 @@ fn add_report(
             "write": write,
         }),
     );
-    object.insert("peak_bytes".to_owned(), json!(peak()));
     object.insert("locked_vertices".to_owned(), json!(report.locked_vertices));
     object.insert("warnings".to_owned(), json!(warnings));
 }
@@ -294,4 +348,12 @@ EXAMPLES
   unweld encode bunny.ply.gz -o bunny.uwm --position-bits 12 --keyframes every:4
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode - -o - < bunny.obj > bunny.uwm
-  unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex";
+  unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex
+  unweld encode bunny.ply scans/ more/*.obj -o coded/ --jobs 4
+
+SEVERAL INPUTS
+  Each becomes a file of its name in DIR: scans/bunny.ply.gz becomes DIR/bunny.uwm.
+  Folders are searched to the bottom; IN/a/bunny.ply becomes DIR/a/bunny.uwm.
+  Left out and counted: hidden files, files not called as meshes are, linked folders.
+  Two inputs that would become one file are refused before any work is done.
+  One that fails does not stop the others; then the exit code is 1.";

@@ -34,7 +34,7 @@ pub fn note(text: &str) {
 }
 
 /// The causes from the outermost to the innermost, each once, without line breaks.
-fn line(error: &anyhow::Error) -> String {
+pub fn line(error: &anyhow::Error) -> String {
     let mut causes: Vec<String> = Vec::new();
     for cause in error.chain().map(ToString::to_string) {
         // An error that only hands on its cause has the same text.

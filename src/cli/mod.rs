@@ -1,6 +1,7 @@
 //! The command line: arguments and composition. A file for each command, and what several of them need.
 
 mod args;
+mod batch;
 mod decode;
 mod demo;
 mod describe;
@@ -8,6 +9,7 @@ mod encode;
 mod failure;
 mod info;
 mod input;
+mod inputs;
 mod memory;
 mod numbers;
 mod output;
@@ -16,6 +18,7 @@ mod simplify;
 mod triangles;
 mod uwm;
 mod verify;
+mod view;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;
@@ -35,6 +38,7 @@ enum Command {
     Info(info::Args),
     Verify(verify::Args),
     Simplify(simplify::Args),
+    View(view::Args),
     Demo(demo::Args),
 }
 
@@ -47,6 +51,7 @@ pub fn run() -> ExitCode {
         Command::Info(args) => info::run(&args),
         Command::Verify(args) => verify::run(&args),
         Command::Simplify(args) => simplify::run(&args),
+        Command::View(args) => view::run(&args),
         Command::Demo(args) => demo::run(&args),
     };
     match outcome {
@@ -63,5 +68,6 @@ EXAMPLES
   unweld decode bunny.uwm -o - --faces 5000    a coarser mesh, as PLY on standard output
   unweld info bunny.uwm                        its levels, their bytes and errors
   unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
+  unweld view bunny.uwm -o bunny.png           a picture of it
 
 Exit codes: 0 all went well, 1 the data are at fault, 2 the arguments are.";

@@ -61,11 +61,22 @@ pub fn percent(x: f64, diagonal: f64) -> Option<f64> {
 
 /// Lines of cells as columns flush right, two spaces apart and before the first.
 pub fn table(lines: &[Vec<String>]) -> String {
+    columns(lines, &[])
+}
+
+/// Lines of cells as columns, two spaces apart and before the first; those of the numbers `left` flush left, the others
+/// flush right.
+pub fn columns(lines: &[Vec<String>], left: &[usize]) -> String {
     let columns = lines.iter().map(Vec::len).max().unwrap_or(0);
     let width = |k: usize| lines.iter().filter_map(|l| l.get(k)).map(|cell| cell.chars().count()).max();
     let widths: Vec<usize> = (0..columns).map(|k| width(k).unwrap_or(0)).collect();
     let line = |cells: &Vec<String>| {
-        let cells = cells.iter().zip(&widths).map(|(cell, &width)| format!("  {cell:>width$}"));
+        let cells = cells.iter().zip(&widths).enumerate().map(|(k, (cell, &width))| match cell {
+            // Nothing stands behind the last one.
+            cell if left.contains(&k) && k + 1 == columns => format!("  {cell}"),
+            cell if left.contains(&k) => format!("  {cell:<width$}"),
+            cell => format!("  {cell:>width$}"),
+        });
         cells.collect::<String>() + "\n"
     };
     lines.iter().map(line).collect()
@@ -86,5 +97,12 @@ mod tests {
         assert_eq!([12, 1_230_000, 45_600_000_000].map(memory), ["12.0 bytes", "1.23 MB", "45.6 GB"]);
         assert_eq!(of_diagonal(0.5, 2.0), "0.500 (25.0 % of the diagonal)");
         assert_eq!(of_diagonal(0.0, 0.0), "0");
+    }
+
+    #[test]
+    fn columns_flush_left_and_right() {
+        let lines = [["a", "1", "x"], ["bcd", "234", "yz"]].map(|line| line.map(str::to_owned).to_vec());
+        assert_eq!(columns(&lines, &[0, 2]), "  a      1  x\n  bcd  234  yz\n");
+        assert_eq!(table(&lines), "    a    1   x\n  bcd  234  yz\n");
     }
 }

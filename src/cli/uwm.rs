@@ -51,6 +51,11 @@ impl Uwm {
         Self::over(Box::new(Cursor::new(bytes)), name.to_owned(), DEFAULT_MEMORY)
     }
 
+    /// Decoding it may take so many bytes of `memory`.
+    pub fn within(self, memory: u64) -> Self {
+        Self { limits: Limits { memory, ..self.limits }, ..self }
+    }
+
     fn over(mut bytes: Box<dyn ReadSeek>, name: String, memory: u64) -> anyhow::Result<Self> {
         let contents = read_contents(&mut *bytes).with_context(|| name.clone())?;
         let limits = Limits { memory, ..Limits::default() };

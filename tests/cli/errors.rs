@@ -53,6 +53,14 @@ fn faults_of_the_arguments() {
         "encode sphere.ply -o x.uwm --weld near",
         "encode sphere.ply -o x.uwm --max-memory lots",
         "encode sphere.ply -o - --json",
+        "encode sphere.ply -o x.uwm --jobs 0",
+        "encode sphere.ply sphere.ply -o x.uwm",
+        "encode sphere.ply sphere.ply -o sphere.uwm",
+        "encode sphere.ply sphere.ply -o -",
+        "encode . -o -",
+        "encode - -o .",
+        "encode - sphere.ply -o x",
+        "encode -o x",
         "decode sphere.uwm",
         "decode sphere.uwm -o x.off",
         "decode sphere.uwm -o x.ply --level 1 --faces 2",
@@ -80,7 +88,7 @@ fn help_and_version() {
     let version = folder.run("--version").succeeded();
     assert_eq!(version.text(), concat!("unweld ", env!("CARGO_PKG_VERSION"), "\n"));
     assert!(folder.run("help").succeeded().text().contains("EXAMPLES"));
-    for command in ["encode", "decode", "info", "verify", "simplify"] {
+    for command in ["encode", "decode", "info", "verify", "simplify", "view"] {
         let help = folder.run(&format!("help {command}")).succeeded();
         assert!(help.text().contains(&format!("EXAMPLES\n  unweld {command}")), "{command}");
     }
@@ -137,8 +145,9 @@ fn odd_places() {
     let mode = |name: &str| std::fs::metadata(folder.path(name)).unwrap().permissions().mode();
     assert_eq!(mode("target.uwm"), mode("plain"));
     std::fs::create_dir(folder.path("dir.uwm")).unwrap();
-    folder.run("encode sphere.ply -o dir.uwm").failed(1, "dir.uwm: is a directory");
-    folder.run("encode dir.uwm -o x.uwm").failed(1, "dir.uwm: Is a directory (os error 21)");
+    std::fs::create_dir(folder.path("dir.ply")).unwrap();
+    folder.run("decode sphere.uwm -o dir.ply").failed(1, "dir.ply: is a directory");
+    folder.run("info dir.uwm").failed(1, "dir.uwm: Is a directory (os error 21)");
 }
 
 #[cfg(unix)]

@@ -1,12 +1,14 @@
 //! The command line as a user has it: the built program, its files, its output, its exit codes.
 #![cfg(feature = "cli")]
 
+mod batch;
 mod decode;
 mod encode;
 mod errors;
 mod foreign;
 mod simplify;
 mod verify;
+mod view;
 
 use serde_json::Value;
 use std::io::Write;

@@ -14,6 +14,8 @@ use serde::{Deserialize, Serialize};
 pub use census::{Census, census};
 pub use classes::{VertexClass, classify};
 pub use weld::Weld;
+#[cfg(feature = "cli")]
+pub(crate) use weld::representatives;
 
 use self::complex::Complex;
 use super::corner_table::CornerTable;

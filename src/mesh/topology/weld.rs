@@ -16,7 +16,7 @@ pub enum Weld {
 }
 
 /// For each vertex the first one that is the same.
-pub(super) fn representatives(positions: &[[f64; 3]], weld: Weld) -> Vec<u32> {
+pub(crate) fn representatives(positions: &[[f64; 3]], weld: Weld) -> Vec<u32> {
     let mut same: Vec<u32> = (0..positions.len() as u32).collect();
     if weld == Weld::None {
         return same;

@@ -1,0 +1,165 @@
+//! Several inputs: which files they are, and where each of them goes.
+
+use super::args::is_stream;
+use super::failure::Usage;
+use super::input;
+use anyhow::bail;
+use std::collections::BTreeMap;
+use std::collections::btree_map::Entry;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+use unweld::formats::Format;
+use walkdir::{DirEntry, WalkDir};
+
+/// A file to encode.
+#[derive(Debug)]
+pub struct Job {
+    /// Where it lies.
+    pub input: PathBuf,
+    /// Where the result goes; or why it cannot even be tried.
+    pub output: Result<PathBuf, String>,
+}
+
+/// What is to be done, and what is left out of the folders among the inputs.
+#[derive(Debug, Default)]
+pub struct Jobs {
+    /// In the order of the inputs; those of a folder by their names.
+    pub jobs: Vec<Job>,
+    /// Hidden files and folders.
+    pub hidden: usize,
+    /// Files that are not called as meshes are, and linked folders.
+    pub others: usize,
+}
+
+impl Jobs {
+    /// Searches the folders among the inputs; results go to the folder `output`.
+    ///
+    /// # Errors
+    /// [`Usage`] where two inputs would become one file, or one has no name; where there is no mesh at all.
+    pub fn find(inputs: &[PathBuf], output: &Path) -> anyhow::Result<Self> {
+        let mut found = Self::default();
+        for input in inputs {
+            if input.is_dir() {
+                found.search(input, output);
+            } else {
+                let output = into_folder(input, output)?;
+                found.jobs.push(Job { input: input.clone(), output: Ok(output) });
+            }
+        }
+        found.drop_repeated()?;
+        if found.jobs.is_empty() {
+            let folders: Vec<String> = inputs.iter().map(|input| input::name(input)).collect();
+            bail!("{}: there is no mesh", folders.join(", "));
+        }
+        Ok(found)
+    }
+
+    fn search(&mut self, folder: &Path, output: &Path) {
+        let is_hidden =
+            |entry: &DirEntry| entry.depth() > 0 && entry.file_name().as_encoded_bytes().starts_with(b".");
+        let mut hidden = 0;
+        let shown = WalkDir::new(folder).sort_by_file_name().into_iter().filter_entry(|entry| {
+            hidden += usize::from(is_hidden(entry));
+            !is_hidden(entry)
+        });
+        for entry in shown {
+            let entry = match entry {
+                Ok(entry) => entry,
+                Err(error) => {
+                    let input = error.path().unwrap_or(folder).to_owned();
+                    let cause = error.io_error().map_or_else(|| error.to_string(), ToString::to_string);
+                    self.jobs.push(Job { input, output: Err(cause) });
+                    continue;
+                }
+            };
+            let path = entry.path();
+            if entry.file_type().is_dir() {
+                continue;
+            }
+            if !path.is_file() || Format::from_path(path).is_none() {
+                self.others += 1;
+                continue;
+            }
+            let within = path.strip_prefix(folder).ok().and_then(Path::parent).unwrap_or(Path::new(""));
+            let output = output.join(within).join(result_name(entry.file_name()));
+            self.jobs.push(Job { input: path.to_owned(), output: Ok(output) });
+        }
+        self.hidden += hidden;
+    }
+
+    /// An input that is named twice is encoded once; two that would become one file are refused.
+    fn drop_repeated(&mut self) -> anyhow::Result<()> {
+        let mut first: BTreeMap<PathBuf, PathBuf> = BTreeMap::new();
+        let mut kept = Vec::new();
+        for job in self.jobs.drain(..) {
+            if let Ok(output) = &job.output {
+                match first.entry(output.clone()) {
+                    Entry::Vacant(entry) => drop(entry.insert(job.input.clone())),
+                    Entry::Occupied(entry) if is_same(entry.get(), &job.input) => continue,
+                    Entry::Occupied(entry) => {
+                        let [one, other] = [entry.get(), &job.input].map(|path| path.display());
+                        let output = output.display();
+                        return Err(Usage(format!(
+                            "{one} and {other} would both become {output}: encode them into different folders"
+                        ))
+                        .into());
+                    }
+                }
+            }
+            kept.push(job);
+        }
+        self.jobs = kept;
+        Ok(())
+    }
+}
+
+/// Whether a path is that of a folder, or has to be because a separator ends it.
+pub fn is_folder(path: &Path) -> bool {
+    path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) || path.is_dir()
+}
+
+/// The result of an input in a folder.
+///
+/// # Errors
+/// [`Usage`] where the input has no name.
+pub fn into_folder(input: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
+    match input.file_name() {
+        Some(name) if !is_stream(input) => Ok(folder.join(result_name(name))),
+        _ => Err(Usage(format!("{} has no name to go by in a folder", input::name(input))).into()),
+    }
+}
+
+/// The name without `.gz` and without what tells the format of a mesh, and with `.uwm`.
+fn result_name(name: &OsStr) -> OsString {
+    let name = Path::new(name);
+    let mut stem = name;
+    if Format::from_path(name).is_some() {
+        if stem.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
+            stem = stem.file_stem().map_or(stem, Path::new);
+        }
+        stem = stem.file_stem().map_or(stem, Path::new);
+    }
+    let mut result = stem.as_os_str().to_owned();
+    result.push(".uwm");
+    result
+}
+
+fn is_same(one: &Path, other: &Path) -> bool {
+    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_results() {
+        let of = |name: &str| result_name(OsStr::new(name)).into_string().unwrap();
+        assert_eq!(of("bunny.ply"), "bunny.uwm");
+        assert_eq!(of("bunny.v2.OBJ.GZ"), "bunny.v2.uwm");
+        assert_eq!(of("bunny"), "bunny.uwm");
+        assert_eq!(of("bunny.dat"), "bunny.dat.uwm");
+        assert_eq!(of("bunny.gz"), "bunny.gz.uwm");
+        assert_eq!(of(".ply"), ".ply.uwm");
+    }
+}

@@ -1,0 +1,349 @@
+//! `unweld view`: a picture of a mesh, or of levels of a `.uwm` file side by side.
+
+use super::args::{is_stream, size};
+use super::failure::Usage;
+use super::input;
+use super::numbers::{count, grouped};
+use super::output::{Output, remark, say};
+use super::progress::Progress;
+use super::uwm::Uwm;
+use anyhow::{Context, bail};
+use clap::ValueEnum;
+use serde_json::json;
+use std::collections::BTreeMap;
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+use unweld::container::{Want, plan};
+use unweld::decoder::{Event, Until};
+use unweld::formats;
+use unweld::mesh::IndexedMesh;
+use unweld::render::{Picture, Up, View, render_with, write_png};
+
+/// Draw a mesh, or levels of a .uwm file side by side, as a PNG picture
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// A .uwm file or a mesh (PLY, OBJ, STL or OFF, also gzip-compressed), - for standard input
+    #[arg(value_name = "IN")]
+    input: PathBuf,
+    /// The picture to write, .png, - for standard output
+    #[arg(short, long, value_name = "OUT.png")]
+    output: PathBuf,
+    /// Levels of a .uwm file, from left to right, of which 0 is the finest and the one drawn where none is named
+    #[arg(long, value_name = "J,…", value_delimiter = ',')]
+    level: Vec<u32>,
+    /// Most memory for decoding, in bytes or with a suffix K, M, G
+    #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
+    max_memory: u64,
+    /// One JSON object on standard output instead of text
+    #[arg(long)]
+    json: bool,
+    /// Nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+    #[command(flatten)]
+    look: Look,
+}
+
+/// What the picture looks like.
+#[derive(clap::Args)]
+#[command(next_help_heading = "Picture")]
+struct Look {
+    /// Pixels; 800 a level, and as many down, where not given
+    #[arg(long, value_name = "WxH", value_parser = pixels)]
+    size: Option<(u32, u32)>,
+    /// The axis that points upwards: y in most scans and models, z in CAD, printing and terrain
+    #[arg(long, value_enum, default_value = "y")]
+    up: Axis,
+    /// Turn the mesh about the upward axis; positive brings its left side to the front
+    #[arg(long, value_name = "DEGREES", default_value_t = TURN, value_parser = angle, allow_negative_numbers = true)]
+    turn: f64,
+    /// Tip the mesh forwards; positive shows it from above
+    #[arg(long, value_name = "DEGREES", default_value_t = TILT, value_parser = angle, allow_negative_numbers = true)]
+    tilt: f64,
+    /// Draw the edges too, where triangles are not too small for it
+    #[arg(long)]
+    wireframe: bool,
+    /// Let colours run over edges that bend little; without it each triangle has one colour
+    #[arg(long)]
+    smooth: bool,
+    /// The colour behind the mesh, red, green and blue as in f5f5f3, or none for a transparent one
+    #[arg(long, value_name = "RRGGBB", default_value = "f5f5f3", value_parser = colour)]
+    background: Background,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Axis {
+    X,
+    Y,
+    Z,
+}
+
+/// In sRGB; none for a transparent one.
+#[derive(Clone, Copy, Debug, PartialEq)]
+struct Background(Option<[u8; 3]>);
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of reading, decoding and writing, and where the file has no such level.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    check(args)?;
+    let output = Output::new(&args.output)?;
+    let name = input::name(&args.input);
+    let start = Instant::now();
+    let mut progress = Progress::new(args.quiet);
+    let (meshes, dropped) = meshes(args, &mut progress)?;
+    let shown: Vec<(Option<u32>, &IndexedMesh)> = match &args.level[..] {
+        [] => meshes.iter().map(|(&level, mesh)| (level, mesh)).collect(),
+        levels => levels.iter().filter_map(|&j| Some((Some(j), meshes.get(&Some(j))?))).collect(),
+    };
+    let read = start.elapsed().as_secs_f64();
+    let drawn: Vec<&IndexedMesh> = shown.iter().map(|&(_, mesh)| mesh).collect();
+    let (picture, bytes) = draw(&drawn, &args.look.view(drawn.len()), &output, &mut progress)?;
+    let draw = start.elapsed().as_secs_f64() - read;
+    drop(progress);
+
+    let mut warnings = Vec::new();
+    if picture.drawn.iter().all(|&n| n == 0) {
+        warnings.push("no triangle has an area as seen from here: the picture is empty".to_owned());
+    }
+    if args.json {
+        let shown = shown.iter().zip(&picture.drawn).map(|((level, mesh), drawn)| {
+            json!({
+                "level": level,
+                "vertices": mesh.positions.len(),
+                "triangles": mesh.triangles.len(),
+                "drawn": drawn,
+            })
+        });
+        let object = json!({
+            "width": picture.width,
+            "height": picture.height,
+            "bytes": bytes,
+            "meshes": shown.collect::<Vec<_>>(),
+            "dropped": dropped,
+            "warnings": warnings,
+            "seconds": { "read": read, "draw": draw },
+        });
+        return say(&format!("{object:#}\n"));
+    }
+    for warning in &warnings {
+        remark(args.quiet, &format!("{name}: {warning}"));
+    }
+    if args.quiet {
+        return Ok(());
+    }
+    let mut text = format!("{name} -> {}\n", output.name);
+    for ((level, mesh), &drawn) in shown.iter().zip(&picture.drawn) {
+        let head = level.map_or("mesh".to_owned(), |level| format!("level {level}"));
+        let hidden = mesh.triangles.len() - drawn;
+        let but = if hidden > 0 {
+            format!(", {} without an area as seen from here", grouped(hidden as u64))
+        } else {
+            String::new()
+        };
+        text += &format!("  {head:<11}{}{but}\n", count(mesh.triangles.len() as u64, "triangle"));
+    }
+    if !dropped.is_empty() {
+        text += &format!("  {:<11}{}\n", "not drawn", dropped.join(", "));
+    }
+    text += &format!(
+        "  {:<11}{} x {} pixels, {}\n",
+        "picture",
+        picture.width,
+        picture.height,
+        count(bytes, "byte")
+    );
+    text += &format!("  {:<11}read {read:.2} s, draw {draw:.2} s\n", "time");
+    output.say(&text)
+}
+
+/// Draws meshes side by side, and writes the picture; returns it and the bytes of its file.
+///
+/// # Errors
+/// Those of the medium.
+pub fn draw(
+    meshes: &[&IndexedMesh],
+    view: &View,
+    output: &Output,
+    progress: &mut Progress,
+) -> anyhow::Result<(Picture, u64)> {
+    let progress = Mutex::new(progress);
+    let tell =
+        |done, total| progress.lock().unwrap_or_else(PoisonError::into_inner).update("draw", done, total);
+    let picture = render_with(meshes, view, &tell)?;
+    let mut file = Vec::new();
+    write_png(&picture, &mut file).with_context(|| output.name.clone())?;
+    output.write(|out| out.write_all(&file))?;
+    Ok((picture, file.len() as u64))
+}
+
+/// Decodes as far as the finest of some levels, and returns them.
+///
+/// # Errors
+/// As [`Uwm::decode`], and where the file has no such level.
+pub fn levels(
+    uwm: &mut Uwm,
+    wanted: &[u32],
+    progress: &mut Progress,
+) -> anyhow::Result<BTreeMap<u32, IndexedMesh>> {
+    let contents = uwm.contents.clone();
+    let base = contents.base_level();
+    if let Some(level) = wanted.iter().find(|&&level| level > base) {
+        bail!("{}: there is no level {level}: the levels are 0 (finest) to {base} (base)", uwm.name);
+    }
+    let finest = wanted.iter().copied().min().unwrap_or(0);
+    // Level 0 takes the whole file, and all its checksums with it.
+    let way = (finest > 0).then(|| plan(&contents, Want::Level(finest)));
+    let until = Until { level: finest, ..Until::default() };
+    let mut meshes = BTreeMap::new();
+    let decoder = uwm.decode(way.as_ref(), until, progress, &mut |decoder, event| {
+        if let Event::Level { level, .. } = event
+            && *level > finest
+            && wanted.contains(level)
+        {
+            meshes.insert(*level, decoder.assembled()?);
+        }
+        Ok(())
+    })?;
+    // Level 0 is complete with its residue alone.
+    meshes.insert(finest, decoder.assembled()?);
+    Ok(meshes)
+}
+
+impl Look {
+    fn view(&self, meshes: usize) -> View {
+        let side = |panes: usize| u32::try_from(800 * panes).unwrap_or(u32::MAX).clamp(1, View::MAX_SIDE);
+        let (width, height) = self.size.unwrap_or((side(meshes), side(1)));
+        View {
+            width,
+            height,
+            up: match self.up {
+                Axis::X => Up::X,
+                Axis::Y => Up::Y,
+                Axis::Z => Up::Z,
+            },
+            turn_degrees: self.turn,
+            tilt_degrees: self.tilt,
+            smooth: self.smooth,
+            wireframe: self.wireframe,
+            background: self.background.0,
+        }
+    }
+}
+
+/// Degrees by which meshes are turned and tilted where nothing else is said: all three axes show.
+pub const TURN: f64 = 25.0;
+pub const TILT: f64 = 20.0;
+
+fn check(args: &Args) -> anyhow::Result<()> {
+    let png = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+    if !is_stream(&args.output) && !png {
+        return Err(Usage(format!("{}: the name must end in .png", args.output.display())).into());
+    }
+    if args.json && is_stream(&args.output) {
+        return Err(Usage("--json and -o - both want standard output".to_owned()).into());
+    }
+    Ok(())
+}
+
+/// What to draw by its level, if it has one, and what the file has besides.
+type Meshes = (BTreeMap<Option<u32>, IndexedMesh>, Vec<String>);
+
+fn meshes(args: &Args, progress: &mut Progress) -> anyhow::Result<Meshes> {
+    let name = input::name(&args.input);
+    let (uwm, bytes) = if is_stream(&args.input) {
+        let bytes = input::read_bytes(&args.input)?;
+        (bytes.starts_with(MAGIC), Some(bytes))
+    } else {
+        (is_uwm(&args.input)?, None)
+    };
+    if uwm {
+        let mut uwm = match bytes {
+            Some(bytes) => Uwm::in_memory(bytes, &name)?.within(args.max_memory),
+            None => Uwm::open(&args.input, args.max_memory)?,
+        };
+        let wanted = if args.level.is_empty() { &[0][..] } else { &args.level };
+        let levels = levels(&mut uwm, wanted, progress)?;
+        return Ok((levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(), Vec::new()));
+    }
+    if !args.level.is_empty() {
+        return Err(Usage(format!("{name} has no levels: --level is for .uwm files")).into());
+    }
+    let source = match bytes {
+        Some(bytes) => formats::read_bytes(&bytes, None, "").with_context(|| name)?,
+        None => input::read(&args.input)?,
+    };
+    Ok((BTreeMap::from([(None, source.mesh)]), source.dropped))
+}
+
+/// Whether a file begins like, or at least is called, a `.uwm` file.
+fn is_uwm(path: &Path) -> anyhow::Result<bool> {
+    let mut first = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut first));
+    read.with_context(|| input::name(path))?;
+    Ok(first == MAGIC || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm")))
+}
+
+/// What a `.uwm` file begins with and no mesh does (spec §3.2).
+const MAGIC: &[u8] = b"\x89UWM";
+
+/// `1200x800`.
+fn pixels(text: &str) -> Result<(u32, u32), String> {
+    let side = |text: &str| text.parse().ok().filter(|n| (1..=View::MAX_SIDE).contains(n));
+    let sides = text.split_once(['x', 'X']).and_then(|(width, height)| Some((side(width)?, side(height)?)));
+    sides.ok_or_else(|| format!("a width and a height such as 1200x800, each from 1 to {}", View::MAX_SIDE))
+}
+
+/// A finite number.
+fn angle(text: &str) -> Result<f64, String> {
+    let angle = text.parse().ok().filter(|x: &f64| x.is_finite());
+    angle.ok_or_else(|| "degrees such as 30 or -12.5".to_owned())
+}
+
+/// `f5f5f3`, `#f5f5f3` or `none`.
+fn colour(text: &str) -> Result<Background, String> {
+    if text == "none" {
+        return Ok(Background(None));
+    }
+    let digits = text.strip_prefix('#').unwrap_or(text);
+    let number =
+        u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6 && !digits.starts_with('+'));
+    let [_, red, green, blue] = number.ok_or("six hexadecimal digits such as ffffff, or none")?.to_be_bytes();
+    Ok(Background(Some([red, green, blue])))
+}
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld view bunny.ply -o bunny.png
+  unweld view bunny.uwm -o levels.png --level 12,6,0 --wireframe --size 2100x720
+  unweld view part.obj -o part.png --up z --turn -30 --tilt 35 --smooth --background none
+  unweld view - -o - < bunny.uwm > bunny.png";
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_angles_and_colours() {
+        assert_eq!(pixels("1200x800"), Ok((1200, 800)));
+        assert_eq!(pixels("1X8192"), Ok((1, 8192)));
+        for text in ["", "x", "800", "0x1", "8193x1", "1x", "-1x1", "1x1x1", "1 x 1"] {
+            assert!(pixels(text).is_err(), "{text}");
+        }
+        assert_eq!(["30", "-12.5", "0"].map(angle), [30.0, -12.5, 0.0].map(Ok));
+        for text in ["", "nan", "inf", "ten", "1e999"] {
+            assert!(angle(text).is_err(), "{text}");
+        }
+        assert_eq!(colour("0a00Ff"), Ok(Background(Some([10, 0, 255]))));
+        assert_eq!(colour("#ffffff"), Ok(Background(Some([255; 3]))));
+        assert_eq!(colour("none"), Ok(Background(None)));
+        for text in ["", "fff", "+fffff", "ffffff0", "##ffffff", "white", "éff"] {
+            assert!(colour(text).is_err(), "{text}");
+        }
+    }
+}

@@ -34,8 +34,8 @@ impl ProgressiveMesh {
         self.roots.reserve(more_vertices);
     }
 
-    /// Bytes a vertex and its two triangles take here: 2 × 3 × (V + O), the corner, the component, the position.
-    pub const BYTES_A_VERTEX: usize = 2 * 3 * 8 + 4 + 4 + 12;
+    /// Bytes a vertex and its two triangles take here: two records of the corner table, the corner, the component, the position.
+    pub const BYTES_A_VERTEX: usize = 2 * 32 + 4 + 4 + 12;
 }
 
 /// The full-scale coordinate of the middle of cell `x` of side 2^`s`.

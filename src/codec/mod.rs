@@ -9,7 +9,7 @@ pub mod position;
 pub mod precision;
 pub mod refinement;
 pub mod residue;
-pub mod survey;
+pub mod places;
 mod vector;
 pub mod walk;
 

@@ -21,32 +21,34 @@ impl Walk {
     /// The edge list is the queue: an edge is listed when the first of its triangles is visited, and taken up in that order;
     /// behind it lies the next triangle, unless it has been visited.
     pub fn new(table: &CornerTable, roots: &Roots) -> Self {
-        Self::visit(table, roots, |_| ())
+        let mut walk = Self::default();
+        walk.again(table, roots, &mut Vec::new());
+        walk
     }
 
-    /// Walks, and tells `see` of each triangle as it is visited, by its corner of [`Walk::triangles`].
-    #[inline]
-    pub fn visit(table: &CornerTable, roots: &Roots, mut see: impl FnMut(Corner)) -> Self {
-        let mut walk = Self {
-            edges: vec![Corner::NONE; table.edge_count() + 1],
-            triangles: Vec::with_capacity(table.triangle_count()),
-            boundary: Vec::new(),
-        };
+    /// Walks anew where an earlier walk, and what it had `visited`, leave their memory.
+    pub fn again(&mut self, table: &CornerTable, roots: &Roots, visited: &mut Vec<bool>) {
+        let walk = self;
+        walk.edges.clear();
+        walk.edges.resize(table.edge_count() + 1, Corner::NONE);
+        walk.triangles.clear();
+        walk.triangles.reserve(table.triangle_count());
+        walk.boundary.clear();
+        visited.clear();
+        visited.resize(table.slots(), false);
         let mut listed = 0;
         // Whether an edge is listed is as good as random: a branch would cost more than a write in vain.
-        let mut list = |walk: &mut Self, c: Corner, is_new: bool| {
-            walk.edges[listed] = c;
+        let mut list = |edges: &mut [Corner], c: Corner, is_new: bool| {
+            edges[listed] = c;
             listed += usize::from(is_new);
             listed
         };
-        let mut visited = vec![false; table.slots()];
         for root in roots.corners(table) {
             visited[root.triangle().index()] = true;
             walk.triangles.push(root);
-            let mut head = list(&mut walk, root, true) - 1;
-            list(&mut walk, root.next(), true);
-            let mut tail = list(&mut walk, root.prev(), true);
-            see(root);
+            let mut head = list(&mut walk.edges, root, true) - 1;
+            list(&mut walk.edges, root.next(), true);
+            let mut tail = list(&mut walk.edges, root.prev(), true);
             while head < tail {
                 let edge = walk.edges[head];
                 head += 1;
@@ -63,13 +65,11 @@ impl Walk {
                 let is_new =
                     |beyond: Corner| visited.get(beyond.triangle().index()).is_none_or(|&visited| !visited);
                 let new = [is_new(next), is_new(prev)];
-                list(&mut walk, entry.next(), new[0]);
-                tail = list(&mut walk, entry.prev(), new[1]);
-                see(entry);
+                list(&mut walk.edges, entry.next(), new[0]);
+                tail = list(&mut walk.edges, entry.prev(), new[1]);
             }
         }
         walk.edges.truncate(listed);
-        walk
     }
 
     /// The vertices in the order in which the walk meets them: of each triangle next, prev, then the corner itself.

@@ -1,0 +1,151 @@
+//! Where the vertices are, and how large everything is round them (spec §5.5.1).
+
+use super::vector::Vector;
+use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::refine::ProgressiveMesh;
+
+/// What a level pass knows of a vertex.
+#[derive(Clone, Copy, Debug, PartialEq)]
+#[repr(align(32))]
+pub struct Place {
+    /// Its cell.
+    pub cell: Vector,
+    /// Sum of the squared lengths of its edges, each rounded down to an integer: in integers their order does not matter.
+    squares: i64,
+    /// How many edges it has.
+    edges: i32,
+    /// The last new vertex whose link it was on.
+    pub linked: Vertex,
+}
+
+impl Place {
+    const NOWHERE: Self = Self { cell: Vector([0.0; 4]), squares: 0, edges: 0, linked: Vertex::NONE };
+}
+
+/// The vertices of a mesh under refinement, by number.
+#[derive(Clone, Debug, Default)]
+pub struct Places {
+    places: Vec<Place>,
+    precision: u32,
+}
+
+/// Classes of [`Places::class`].
+pub const CLASSES: usize = 20;
+
+impl Places {
+    /// Measures a mesh in cells of side 2^`precision`.
+    pub fn new(mesh: &ProgressiveMesh, precision: u32) -> Self {
+        let mut this = Self { places: Vec::with_capacity(mesh.positions.capacity()), precision };
+        for (v, &position) in (0..).map(Vertex).zip(&mesh.positions) {
+            this.put(v, position);
+        }
+        for c in mesh.table.triangles().flat_map(|t| t.corners()) {
+            // NONE is the largest number: every edge is met once.
+            if c < mesh.table.opposite(c) {
+                let (a, b) = mesh.table.edge(c);
+                this.count_edge(a, b, true);
+            }
+        }
+        this
+    }
+
+    /// The precision it was measured at.
+    pub fn precision(&self) -> u32 {
+        self.precision
+    }
+
+    /// The place of a vertex of the mesh.
+    #[inline(always)]
+    pub fn at(&self, v: Vertex) -> &Place {
+        &self.places[v.index()]
+    }
+
+    /// The cell of a vertex.
+    #[inline(always)]
+    pub fn cell(&self, v: Vertex) -> Vector {
+        self.at(v).cell
+    }
+
+    /// Says that `w` is on the link of `v`.
+    #[inline(always)]
+    pub fn link(&mut self, w: Vertex, v: Vertex) {
+        self.places[w.index()].linked = v;
+    }
+
+    /// Makes room for so many vertices in all.
+    pub fn reserve(&mut self, vertices: usize) {
+        self.places.reserve_exact(vertices.saturating_sub(self.places.len()));
+    }
+
+    /// Puts a vertex, without edges, where it is at full scale.
+    #[inline]
+    pub fn put(&mut self, v: Vertex, position: [i32; 3]) {
+        let cell = Vector::of_cell(position.map(|x| x >> self.precision));
+        let place = Place { cell, ..Place::NOWHERE };
+        if v.index() == self.places.len() {
+            self.places.push(place);
+        } else {
+            // A writer's vertices come in an order of its own.
+            self.places.resize(self.places.len().max(v.index() + 1), Place::NOWHERE);
+            self.places[v.index()] = place;
+        }
+    }
+
+    /// Counts an edge that has appeared, or one that is about to go.
+    #[inline]
+    pub fn count_edge(&mut self, a: Vertex, b: Vertex, is_new: bool) {
+        let edge = self.cell(b) - self.cell(a);
+        let square = edge.dot(edge) as i64;
+        let (square, one) = if is_new { (square, 1) } else { (-square, -1) };
+        for v in [a, b] {
+            let place = &mut self.places[v.index()];
+            place.squares = place.squares.wrapping_add(square);
+            place.edges += one;
+        }
+    }
+
+    /// Counts the edges of a new vertex to its link, which the triangles of `star`, given by their corners at it, have.
+    #[inline]
+    pub fn count_star(&mut self, table: &CornerTable, v: Vertex, star: &[Corner]) {
+        let at = self.cell(v);
+        let (mut sum, mut count) = (0i64, 0);
+        let mut count_spoke = |places: &mut [Place], w: Vertex| {
+            let place = &mut places[w.index()];
+            let spoke = place.cell - at;
+            let square = spoke.dot(spoke) as i64;
+            place.squares = place.squares.wrapping_add(square);
+            place.edges += 1;
+            sum = sum.wrapping_add(square);
+            count += 1;
+        };
+        for &c in star {
+            let [_, p, q] = table.vertices_from(c);
+            count_spoke(&mut self.places, p);
+            if table.opposite(c.next()).is_none() {
+                count_spoke(&mut self.places, q);
+            }
+        }
+        let place = &mut self.places[v.index()];
+        place.squares = sum;
+        place.edges = count;
+    }
+
+    /// How long the edge opposite to `k` and `o`, which may be `NONE`, is beside those round it: the class of its squared length over
+    /// the mean of those of the edges at its ends and at the vertices opposite.
+    #[inline(always)]
+    pub fn class(&self, table: &CornerTable, k: Corner, o: Corner) -> usize {
+        let [c, a, b] = table.vertices_from(k);
+        let (a, b, c) = (self.at(a), self.at(b), self.at(c));
+        let mut squares = a.squares.wrapping_add(b.squares).wrapping_add(c.squares);
+        let mut count = a.edges + b.edges + c.edges;
+        if o.is_some() {
+            let d = self.at(table.vertex(o));
+            squares = squares.wrapping_add(d.squares);
+            count += d.edges;
+        }
+        let edge = b.cell - a.cell;
+        let size = edge.dot(edge) * count as f32 / (squares as f32).max(1.0);
+        // Quarter octaves from 2^-2.5 on: the leading bits of the number.
+        ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(CLASSES - 1)
+    }
+}

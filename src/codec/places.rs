@@ -5,7 +5,7 @@ use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::ProgressiveMesh;
 
 /// What a level pass knows of a vertex.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 #[repr(align(32))]
 pub struct Place {
     /// Its cell.
@@ -19,7 +19,9 @@ pub struct Place {
 }
 
 impl Place {
-    const NOWHERE: Self = Self { cell: Vector([0.0; 4]), squares: 0, edges: 0, linked: Vertex::NONE };
+    fn nowhere() -> Self {
+        Self { cell: Vector::default(), squares: 0, edges: 0, linked: Vertex::NONE }
+    }
 }
 
 /// The vertices of a mesh under refinement, by number.
@@ -81,12 +83,12 @@ impl Places {
     #[inline]
     pub fn put(&mut self, v: Vertex, position: [i32; 3]) {
         let cell = Vector::of_cell(position.map(|x| x >> self.precision));
-        let place = Place { cell, ..Place::NOWHERE };
+        let place = Place { cell, ..Place::nowhere() };
         if v.index() == self.places.len() {
             self.places.push(place);
         } else {
             // A writer's vertices come in an order of its own.
-            self.places.resize(self.places.len().max(v.index() + 1), Place::NOWHERE);
+            self.places.resize(self.places.len().max(v.index() + 1), Place::nowhere());
             self.places[v.index()] = place;
         }
     }
@@ -95,7 +97,7 @@ impl Places {
     #[inline]
     pub fn count_edge(&mut self, a: Vertex, b: Vertex, is_new: bool) {
         let edge = self.cell(b) - self.cell(a);
-        let square = edge.dot(edge) as i64;
+        let square = length_squared(edge);
         let (square, one) = if is_new { (square, 1) } else { (-square, -1) };
         for v in [a, b] {
             let place = &mut self.places[v.index()];
@@ -112,7 +114,7 @@ impl Places {
         let mut count_spoke = |places: &mut [Place], w: Vertex| {
             let place = &mut places[w.index()];
             let spoke = place.cell - at;
-            let square = spoke.dot(spoke) as i64;
+            let square = length_squared(spoke);
             place.squares = place.squares.wrapping_add(square);
             place.edges += 1;
             sum = sum.wrapping_add(square);
@@ -148,4 +150,10 @@ impl Places {
         // Quarter octaves from 2^-2.5 on: the leading bits of the number.
         ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(CLASSES - 1)
     }
+}
+
+/// Rounded down to an integer.
+#[inline(always)]
+fn length_squared(v: Vector) -> i64 {
+    v.dot(v) as i64
 }

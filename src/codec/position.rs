@@ -1,6 +1,6 @@
 //! Where a new vertex lies: predicted in the frame of the split edge, coded as what the cell differs by (spec §5.4).
 
-use super::vector::{Vector, exponent};
+use super::vector::{Vector, exponent, floor};
 use crate::entropy::{BitCoder, CodingError, NumberModel, SymbolModel};
 
 /// What is known round the edge a–b before it is split. All but the start are vectors from there.
@@ -154,7 +154,7 @@ impl PositionModels {
         known: [i32; 3],
     ) -> Result<[i32; 3], CodingError> {
         let s = (0.2 * size).max(0.25);
-        let axes = [Vector([s, 0.0, 0.0, 0.0]), Vector([0.0, s, 0.0, 0.0]), Vector([0.0, 0.0, s, 0.0])];
+        let axes = [Vector::new(s, 0.0, 0.0), Vector::new(0.0, s, 0.0), Vector::new(0.0, 0.0, s)];
         self.code(coder, start, expected, axes, known)
     }
 
@@ -170,7 +170,10 @@ impl PositionModels {
         known: [i32; 3],
     ) -> Result<[i32; 3], CodingError> {
         let [i, j, k] = order(axes[2]);
-        let [e, t, n] = axes.map(|axis| [axis.0[i], axis.0[j], axis.0[k]]);
+        let [e, t, n] = axes.map(|axis| {
+            let axis = axis.coordinates();
+            [axis[i], axis[j], axis[k]]
+        });
         let covariance = |x: usize, y: usize| (e[x] * e[y] + t[x] * t[y]) + n[x] * n[y];
         let (ii, ij, ik) = (covariance(0, 0), covariance(0, 1), covariance(0, 2));
         let over = 1.0 / ii;
@@ -179,10 +182,10 @@ impl PositionModels {
         let jk = covariance(1, 2) - b * ij;
         let c = if jj > LEAST { jk / jj } else { 0.0 };
         let kk = (covariance(2, 2) - b * ik) - c * jk;
-        let mut cell = start;
-        let x = self.coordinate(coder, 0, expected.0[i], ii, known[i], &mut cell[i])?;
-        let y = self.coordinate(coder, 1, expected.0[j] + a * x, jj, known[j], &mut cell[j])?;
-        self.coordinate(coder, 2, (expected.0[k] + b * x) + c * y, kk, known[k], &mut cell[k])?;
+        let (mut cell, expected) = (start, expected.coordinates());
+        let x = self.coordinate(coder, 0, expected[i], ii, known[i], &mut cell[i])?;
+        let y = self.coordinate(coder, 1, expected[j] + a * x, jj, known[j], &mut cell[j])?;
+        self.coordinate(coder, 2, (expected[k] + b * x) + c * y, kk, known[k], &mut cell[k])?;
         Ok(cell)
     }
 
@@ -280,17 +283,10 @@ fn feature_class(x: f32) -> usize {
     (exponent(x).clamp(-7, 0) + 7) as usize
 }
 
-/// The largest integer at or below x.
-#[inline]
-fn floor(x: f32) -> i32 {
-    let towards_zero = x as i32;
-    towards_zero - i32::from(towards_zero as f32 > x)
-}
-
 /// The axes, the one along which |v| is smallest first; the lower one first among equals.
 #[inline]
 fn order(v: Vector) -> [usize; 3] {
-    let [x, y, z, _] = v.0.map(f32::abs);
+    let [x, y, z] = v.coordinates().map(f32::abs);
     match (x <= y, x <= z, y <= z) {
         (true, true, true) => [0, 1, 2],
         (true, true, false) => [0, 2, 1],
@@ -380,7 +376,7 @@ mod tests {
             ([1.0, 3.0, 2.0], [0, 2, 1]),
             ([1.0; 3], [0, 1, 2]),
         ] {
-            assert_eq!(order(Vector([v[0], v[1], v[2], 0.0])), sorted);
+            assert_eq!(order(Vector::new(v[0], v[1], v[2])), sorted);
         }
     }
 }

@@ -3,7 +3,7 @@
 use super::context::{self, ANGLES, BENDS};
 use super::places::{self, Places};
 use super::position::{PositionModels, Surroundings};
-use super::vector::Vector;
+use super::vector::{Vector, truncate};
 use super::walk::Walk;
 use crate::entropy::{Bit, BitCoder, CodingError};
 use crate::mesh::{Corner, CornerTable, Vertex};
@@ -287,7 +287,7 @@ impl LevelPass {
             add_wings(o);
         }
         let around = Surroundings {
-            start: self.cell(under.mesh, a),
+            start: self.cell(a),
             edge: self.places.cell(b) - start,
             left: to(k),
             right: o.is_some().then(|| to(o)),
@@ -400,7 +400,7 @@ impl LevelPass {
             under.coder.check()?;
             let [x, y, z] = [c, c.next(), c.prev()].map(|c| under.mesh.table.vertex(c));
             let [px, py, pz] = [x, y, z].map(|w| self.places.cell(w));
-            let (start, middle) = (self.cell(under.mesh, x), ((py - px) + (pz - px)) * (1.0 / 3.0));
+            let (start, middle) = (self.cell(x), ((py - px) + (pz - px)) * (1.0 / 3.0));
             let size = (py - px).dot(py - px).max((pz - px).dot(pz - px)).sqrt();
             let (v, position) = self
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
@@ -432,7 +432,7 @@ impl LevelPass {
             }
             under.coder.check()?;
             let edge = self.places.cell(b) - self.places.cell(a);
-            let (start, middle, size) = (self.cell(under.mesh, a), edge * 0.5, edge.dot(edge).sqrt());
+            let (start, middle, size) = (self.cell(a), edge * 0.5, edge.dot(edge).sqrt());
             let (v, position) = self
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::attach(&mut under.mesh.table, k, v);
@@ -446,8 +446,8 @@ impl LevelPass {
     }
 
     #[inline]
-    fn cell(&self, mesh: &ProgressiveMesh, v: Vertex) -> [i32; 3] {
-        mesh.positions[v.index()].map(|x| x >> self.precision)
+    fn cell(&self, v: Vertex) -> [i32; 3] {
+        self.places.cell(v).coordinates().map(truncate)
     }
 
     #[inline]

@@ -29,28 +29,22 @@ impl Walk {
     /// Walks anew where an earlier walk, and what it had `visited`, leave their memory.
     pub fn again(&mut self, table: &CornerTable, roots: &Roots, visited: &mut Vec<bool>) {
         let walk = self;
-        walk.edges.clear();
-        walk.edges.resize(table.edge_count() + 1, Corner::NONE);
         walk.triangles.clear();
         walk.triangles.reserve(table.triangle_count());
         walk.boundary.clear();
         visited.clear();
         visited.resize(table.slots(), false);
-        let mut listed = 0;
-        // Whether an edge is listed is as good as random: a branch would cost more than a write in vain.
-        let mut list = |edges: &mut [Corner], c: Corner, is_new: bool| {
-            edges[listed] = c;
-            listed += usize::from(is_new);
-            listed
-        };
+        let edges = &mut walk.edges;
+        let mut tail = 0;
         for root in roots.corners(table) {
             visited[root.triangle().index()] = true;
             walk.triangles.push(root);
-            let mut head = list(&mut walk.edges, root, true) - 1;
-            list(&mut walk.edges, root.next(), true);
-            let mut tail = list(&mut walk.edges, root.prev(), true);
+            edges.truncate(tail);
+            edges.extend([root, root.next(), root.prev()]);
+            let mut head = tail;
+            tail += 3;
             while head < tail {
-                let edge = walk.edges[head];
+                let edge = edges[head];
                 head += 1;
                 let entry = table.opposite(edge);
                 if entry.is_none() {
@@ -65,11 +59,17 @@ impl Walk {
                 let is_new =
                     |beyond: Corner| visited.get(beyond.triangle().index()).is_none_or(|&visited| !visited);
                 let new = [is_new(next), is_new(prev)];
-                list(&mut walk.edges, entry.next(), new[0]);
-                tail = list(&mut walk.edges, entry.prev(), new[1]);
+                if tail + 2 > edges.len() {
+                    edges.resize(edges.len() + edges.len() / 2 + 2, Corner::NONE);
+                }
+                // Whether an edge is new is as good as random: a branch would cost more than a write in vain.
+                edges[tail] = entry.next();
+                tail += usize::from(new[0]);
+                edges[tail] = entry.prev();
+                tail += usize::from(new[1]);
             }
         }
-        walk.edges.truncate(listed);
+        edges.truncate(tail);
     }
 
     /// The vertices in the order in which the walk meets them: of each triangle next, prev, then the corner itself.

@@ -327,6 +327,13 @@ impl CornerTable {
         self.corners[v.index()] = if renew { c } else { old };
     }
 
+    /// A vertex moves from one corner to another: if it was its corner, so is the other.
+    #[inline]
+    pub(crate) fn replace_corner(&mut self, v: Vertex, from: Corner, to: Corner) {
+        let corner = &mut self.corners[v.index()];
+        *corner = if *corner == from { to } else { *corner };
+    }
+
     /// Re-establishes the corners of the vertices of a rewritten triangle.
     pub(crate) fn renew_corners(&mut self, t: Triangle) {
         for c in t.corners() {

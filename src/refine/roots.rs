@@ -56,10 +56,11 @@ impl Roots {
         neighbour: Vertex,
         destroyed: impl IntoIterator<Item = (Vertex, Vertex)>,
     ) {
+        // Of one component nothing need be looked up.
+        let number = if self.edges.len() == 1 { 0 } else { self.component[neighbour.index()] };
         if v.index() >= self.component.len() {
             self.component.resize(v.index() + 1, u32::MAX);
         }
-        let number = self.component[neighbour.index()];
         self.component[v.index()] = number;
         let Some(&(u, w)) = self.edges.get(number as usize) else { return };
         if destroyed.into_iter().any(|(p, q)| (p, q) == (u, w) || (q, p) == (u, w)) {

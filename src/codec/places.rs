@@ -1,6 +1,6 @@
 //! Where the vertices are, and how large everything is round them (spec §5.5.1).
 
-use super::vector::Vector;
+use super::vector::{Vector, truncate_long};
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::ProgressiveMesh;
 
@@ -106,30 +106,10 @@ impl Places {
         }
     }
 
-    /// Counts the edges of a new vertex to its link, which the triangles of `star`, given by their corners at it, have.
-    #[inline]
-    pub fn count_star(&mut self, table: &CornerTable, v: Vertex, star: &[Corner]) {
-        let at = self.cell(v);
-        let (mut sum, mut count) = (0i64, 0);
-        let mut count_spoke = |places: &mut [Place], w: Vertex| {
-            let place = &mut places[w.index()];
-            let spoke = place.cell - at;
-            let square = length_squared(spoke);
-            place.squares = place.squares.wrapping_add(square);
-            place.edges += 1;
-            sum = sum.wrapping_add(square);
-            count += 1;
-        };
-        for &c in star {
-            let [_, p, q] = table.vertices_from(c);
-            count_spoke(&mut self.places, p);
-            if table.opposite(c.next()).is_none() {
-                count_spoke(&mut self.places, q);
-            }
-        }
-        let place = &mut self.places[v.index()];
-        place.squares = sum;
-        place.edges = count;
+    /// Counts the edges of a new vertex to its link.
+    #[inline(always)]
+    pub fn spokes(&mut self, v: Vertex) -> Spokes<'_> {
+        Spokes { at: self.cell(v), places: &mut self.places, v, squares: 0, edges: 0 }
     }
 
     /// How long the edge opposite to `k` and `o`, which may be `NONE`, is beside those round it: the class of its squared length over
@@ -152,8 +132,37 @@ impl Places {
     }
 }
 
+/// The edges of a new vertex while they are counted.
+pub struct Spokes<'a> {
+    places: &'a mut [Place],
+    v: Vertex,
+    at: Vector,
+    squares: i64,
+    edges: i32,
+}
+
+impl Spokes<'_> {
+    /// Counts the edge to `w`.
+    #[inline(always)]
+    pub fn count(&mut self, w: Vertex) {
+        let place = &mut self.places[w.index()];
+        let square = length_squared(place.cell - self.at);
+        place.squares = place.squares.wrapping_add(square);
+        place.edges += 1;
+        self.squares = self.squares.wrapping_add(square);
+        self.edges += 1;
+    }
+
+    /// All edges have been counted.
+    #[inline(always)]
+    pub fn finish(self) {
+        let place = &mut self.places[self.v.index()];
+        (place.squares, place.edges) = (self.squares, self.edges);
+    }
+}
+
 /// Rounded down to an integer.
 #[inline(always)]
 fn length_squared(v: Vector) -> i64 {
-    v.dot(v) as i64
+    truncate_long(v.dot(v))
 }

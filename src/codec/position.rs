@@ -22,20 +22,20 @@ pub struct Surroundings {
 #[derive(Clone, Debug)]
 pub struct PositionModels {
     /// By axis of the frame, octave of the squared edge length, class of the feature that drives the axis.
-    scales: Vec<[[Scale; FEATURES]; OCTAVES]>,
+    scales: Box<[[[Scale; FEATURES]; OCTAVES]; 3]>,
     /// Of the tangential and the normal prediction, by class of its feature.
     weights: [[Weight; FEATURES]; 2],
     /// By coordinate in the order of coding, octave of the variance, place between two cells.
-    tokens: Vec<[[SymbolModel; PHASES]; VARIANCES]>,
+    tokens: Box<[[[SymbolModel; PHASES]; VARIANCES]; 3]>,
     far: NumberModel,
 }
 
 impl Default for PositionModels {
     fn default() -> Self {
         Self {
-            scales: [0.1, 0.1, 0.05].map(|mean| [[Scale { mean, count: 0 }; FEATURES]; OCTAVES]).to_vec(),
+            scales: Box::new([0.1, 0.1, 0.05].map(|mean| [[Scale { mean, count: 0 }; FEATURES]; OCTAVES])),
             weights: [Weight::new(0.5), Weight::new(0.25)].map(|weight| [weight; FEATURES]),
-            tokens: vec![[[SymbolModel::BELL; PHASES]; VARIANCES]; 3],
+            tokens: Box::new([[[SymbolModel::BELL; PHASES]; VARIANCES]; 3]),
             far: NumberModel::default(),
         }
     }
@@ -287,15 +287,14 @@ fn feature_class(x: f32) -> usize {
 #[inline]
 fn order(v: Vector) -> [usize; 3] {
     let [x, y, z] = v.coordinates().map(f32::abs);
-    match (x <= y, x <= z, y <= z) {
-        (true, true, true) => [0, 1, 2],
-        (true, true, false) => [0, 2, 1],
-        (false, _, true) if x <= z => [1, 0, 2],
-        (false, _, true) => [1, 2, 0],
-        (true, false, _) => [2, 0, 1],
-        (false, _, false) => [2, 1, 0],
-    }
+    // A table, since branches would be taken at random.
+    let sorted = ORDERS[usize::from(x <= y) | usize::from(x <= z) << 1 | usize::from(y <= z) << 2];
+    sorted.map(|axis| usize::from(axis) % 3)
 }
+
+/// By x <= y, x <= z, y <= z, from the lowest bit on; two of the cases cannot be.
+const ORDERS: [[u8; 3]; 8] =
+    [[2, 1, 0], [2, 0, 1], [2, 1, 0], [0, 2, 1], [1, 2, 0], [0, 1, 2], [1, 0, 2], [0, 1, 2]];
 
 #[cfg(all(test, feature = "encode"))]
 mod tests {

@@ -375,14 +375,19 @@ impl LevelPass {
         let v = self.inserted.vertex;
         let flipped = self.inserted.flips.iter().copied().zip(self.inserted.ends.iter().copied());
         mesh.roots.insert(&mesh.table, v, beside, flipped.chain(split));
+        let mut spokes = self.places.spokes(v);
         for &c in &self.inserted.star {
-            let beyond = mesh.table.opposite(c);
-            if beyond.is_some() {
-                let state = &mut self.states[beyond.triangle().index()];
-                *state = state.saturating_add(1);
+            let [_, p, q] = mesh.table.vertices_from(c);
+            let [beyond, behind, _] = mesh.table.opposites_from(c);
+            if let Some(state) = self.states.get_mut(beyond.triangle().index()) {
+                *state += u8::from(*state != STAR);
+            }
+            spokes.count(p);
+            if behind.is_none() {
+                spokes.count(q);
             }
         }
-        self.places.count_star(&mesh.table, v, &self.inserted.star);
+        spokes.finish();
     }
 
     fn next_face<C: BitCoder, A: Answers>(

@@ -8,7 +8,7 @@ use portable as lanes;
 #[cfg(target_arch = "x86_64")]
 use x86 as lanes;
 
-pub use lanes::truncate;
+pub use lanes::{truncate, truncate_long};
 use std::ops::{Add, Mul, Sub};
 
 /// A point or vector.
@@ -168,6 +168,12 @@ mod x86 {
     pub fn truncate(x: f32) -> i32 {
         get_i32_from_m128i_s(truncate_m128_to_m128i(set_m128_s(x)))
     }
+
+    /// The integer next to x towards zero, where it is a 63-bit number; else any.
+    #[inline(always)]
+    pub fn truncate_long(x: f32) -> i64 {
+        truncate_to_i64_m128d_s(set_m128d_s(f64::from(x)))
+    }
 }
 
 /// Arrays.
@@ -224,6 +230,11 @@ mod portable {
     pub fn truncate(x: f32) -> i32 {
         x as i32
     }
+
+    #[inline(always)]
+    pub fn truncate_long(x: f32) -> i64 {
+        x as i64
+    }
 }
 
 #[cfg(test)]
@@ -266,6 +277,7 @@ mod tests {
                 prop_assert!(same(x, y));
             }
             prop_assert_eq!(lanes::truncate(s), portable::truncate(s));
+            prop_assert_eq!(lanes::truncate_long(s * s), portable::truncate_long(s * s));
             let v = cells.map(|c| Vector::of_cell([c[0], c[1], c[2]]));
             let dots = Vector::dots([(v[0], v[1]), (v[1], v[2]), (v[2], v[3]), (v[3], v[0])]);
             prop_assert_eq!(bits(dots), bits([v[0].dot(v[1]), v[1].dot(v[2]), v[2].dot(v[3]), v[3].dot(v[0])]));

@@ -68,6 +68,12 @@ impl Places {
         self.at(v).cell
     }
 
+    /// How many edges a vertex has, and the sum of their squares.
+    #[cfg(test)]
+    pub fn extent(&self, v: Vertex) -> (i32, i64) {
+        (self.at(v).edges, self.at(v).squares)
+    }
+
     /// Says that `w` is on the link of `v`.
     #[inline(always)]
     pub fn link(&mut self, w: Vertex, v: Vertex) {
@@ -165,4 +171,27 @@ impl Spokes<'_> {
 #[inline(always)]
 fn length_squared(v: Vector) -> i64 {
     truncate_long(v.dot(v))
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::refine::Roots;
+
+    /// The square of the specification (spec §5.7.1).
+    #[test]
+    fn a_square_and_its_diagonal() {
+        let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        let positions = vec![[0, 0, 0], [255, 0, 0], [255, 255, 0], [0, 255, 0]];
+        let roots = Roots::choose(&table);
+        let places = Places::new(&ProgressiveMesh { table, positions, roots }, 0);
+        let extents: Vec<_> = (0..4).map(|v| places.extent(Vertex(v))).collect();
+        assert_eq!(extents, [(3, 260_100), (2, 130_050), (3, 260_100), (2, 130_050)]);
+        let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        // 65025 * 8 / 650250 = 0.8, the third quarter of the octave from 2^-1 on; 130050 * 10 / 780300 = 1.67, the third of that from 1.
+        let side = table.find_directed_edge(Vertex(0), Vertex(1));
+        assert_eq!(places.class(&table, side, Corner::NONE), 8);
+        let diagonal = table.find_directed_edge(Vertex(2), Vertex(0));
+        assert_eq!(places.class(&table, diagonal, table.opposite(diagonal)), 12);
+    }
 }

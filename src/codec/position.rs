@@ -202,7 +202,7 @@ impl PositionModels {
     ) -> Result<f32, CodingError> {
         let octave = exponent(variance.max(LEAST)) + 4;
         let shift = ((octave - 6).clamp(0, 32) / 2) as u32;
-        let origin = floor(expected.clamp(-FARTHEST, FARTHEST) + 0.5);
+        let origin = floor(within(expected, FARTHEST) + 0.5);
         let mut phase = 0;
         if shift == 0 {
             let fraction = expected - origin as f32;
@@ -268,6 +268,13 @@ impl Prediction {
         let octave = (exponent(squared).max(0) as usize).min(OCTAVES - 1);
         Some(Self { middle, axes: [along, tangent, normal], features, classes, octave, length })
     }
+}
+
+/// x, or the bound that is nearest to it; `-bound` where x is not a number.
+#[inline]
+fn within(x: f32, bound: f32) -> f32 {
+    let above = if x > -bound { x } else { -bound };
+    if above < bound { above } else { bound }
 }
 
 /// From one cell to another.

@@ -187,6 +187,17 @@ impl LevelPass {
         self
     }
 
+    /// Whether places are what a new measurement would find.
+    #[cfg(test)]
+    pub(super) fn is_measured(&self, mesh: &ProgressiveMesh) -> bool {
+        let fresh = Places::new(mesh, self.precision);
+        let used = |v: &Vertex| mesh.table.corner_of(*v).is_some();
+        (0..mesh.positions.len() as u32)
+            .map(Vertex)
+            .filter(used)
+            .all(|v| self.places.extent(v) == fresh.extent(v))
+    }
+
     fn walk(&mut self, mesh: &ProgressiveMesh) {
         let table = &mesh.table;
         self.walk.again(table, &mesh.roots, &mut self.visited);
@@ -333,8 +344,7 @@ impl LevelPass {
                 continue;
             }
             let (p, q) = table.edge(c);
-            let (angle, bend) =
-                context::link_edge(pv, self.places.cell(p), self.places.cell(q), far.cell);
+            let (angle, bend) = context::link_edge(pv, self.places.cell(p), self.places.cell(q), far.cell);
             let model = &mut under.models.flip[bend][angle];
             if under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
                 let other = stellar::flip(&mut under.mesh.table, c);

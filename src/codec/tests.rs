@@ -48,16 +48,25 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     let mut mesh = ProgressiveMesh { table: base, positions: finest.clone(), roots };
     let keyframes = vec![keyframe::encode(&mesh, 0).payload];
     let mut written = Written { levels: Vec::new(), keyframes, meshes: vec![mesh.clone()] };
+    // The writer goes on with the pass of the level before, the reader begins each level with a new one.
+    let mut before: Option<LevelPass> = None;
     for j in (0..simplified.history.level_count()).rev() {
         let mut answers = LevelAnswers::new(&mesh.table, &simplified.history, j, &finest);
-        let mut pass = LevelPass::new(&mesh, 0, BITS);
+        let mut pass = match before {
+            Some(before) => before.next(&mesh, 0, BITS),
+            None => LevelPass::new(&mesh, 0, BITS),
+        };
         let mut models = SegmentModels::default();
         let mut coder = RangeEncoder::default();
         for _ in simplified.history.level(j) {
             let inserted = pass.step(&mut mesh, &mut models, &mut coder, &mut answers).unwrap();
             assert!(inserted.is_some(), "every operation of the level is met in its walk");
             check_if_small(&mesh);
+            if mesh.table.triangle_count() < 100 {
+                assert!(pass.is_measured(&mesh));
+            }
         }
+        before = Some(pass);
         written.levels.push(coder.finish());
         written.keyframes.push(keyframe::encode(&mesh, 0).payload);
         written.meshes.push(mesh.clone());
@@ -175,7 +184,10 @@ fn random_corner(table: &CornerTable, random: &mut SplitMix64) -> Corner {
 
 /// V and O.
 fn sides(table: &CornerTable) -> Vec<(Vertex, Corner)> {
-    (0..table.slots() as u32).flat_map(|t| Triangle(t).corners()).map(|c| (table.vertex(c), table.opposite(c))).collect()
+    (0..table.slots() as u32)
+        .flat_map(|t| Triangle(t).corners())
+        .map(|c| (table.vertex(c), table.opposite(c)))
+        .collect()
 }
 
 fn turn(table: &mut CornerTable, t: Triangle) {

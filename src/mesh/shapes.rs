@@ -221,7 +221,8 @@ mod tests {
     fn figures(mesh: &IndexedMesh) -> (usize, usize, usize, i64) {
         let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let (v, f) = (mesh.positions.len(), mesh.triangles.len());
-        let boundary = table.triangles().flat_map(|t| t.corners()).filter(|&c| table.opposite(c).is_none()).count();
+        let boundary =
+            table.triangles().flat_map(|t| t.corners()).filter(|&c| table.opposite(c).is_none()).count();
         (v, f, boundary, v as i64 - (3 * f + boundary) as i64 / 2 + f as i64)
     }
 

@@ -30,17 +30,21 @@ impl Walk {
     pub fn again(&mut self, table: &CornerTable, roots: &Roots, visited: &mut Vec<bool>) {
         let walk = self;
         walk.triangles.clear();
-        walk.triangles.reserve(table.triangle_count());
+        walk.triangles.reserve_exact(table.triangle_count());
         walk.boundary.clear();
         visited.clear();
         visited.resize(table.slots(), false);
         let edges = &mut walk.edges;
+        // As many as a closed surface has.
+        let most = table.triangle_count() + table.triangle_count() / 2;
+        edges.reserve_exact(most.saturating_sub(edges.len()));
+        edges.resize(edges.len().max(most), Corner::NONE);
         let mut tail = 0;
         for root in roots.corners(table) {
             visited[root.triangle().index()] = true;
             walk.triangles.push(root);
-            edges.truncate(tail);
-            edges.extend([root, root.next(), root.prev()]);
+            make_room(edges, tail + 3);
+            edges[tail..tail + 3].copy_from_slice(&[root, root.next(), root.prev()]);
             let mut head = tail;
             tail += 3;
             while head < tail {
@@ -59,9 +63,7 @@ impl Walk {
                 let is_new =
                     |beyond: Corner| visited.get(beyond.triangle().index()).is_none_or(|&visited| !visited);
                 let new = [is_new(next), is_new(prev)];
-                if tail + 2 > edges.len() {
-                    edges.resize(edges.len() + edges.len() / 2 + 2, Corner::NONE);
-                }
+                make_room(edges, tail + 2);
                 // Whether an edge is new is as good as random: a branch would cost more than a write in vain.
                 edges[tail] = entry.next();
                 tail += usize::from(new[0]);
@@ -85,5 +87,13 @@ impl Walk {
             }
         }
         vertices
+    }
+}
+
+/// Makes a list at least so long.
+#[inline(always)]
+fn make_room(edges: &mut Vec<Corner>, least: usize) {
+    if least > edges.len() {
+        edges.resize(least + edges.len() / 8, Corner::NONE);
     }
 }

@@ -273,8 +273,11 @@ impl Session {
             let before = before.take();
             let precision = contents.levels[atom.level as usize].precision;
             self.pay_for_walk()?;
-            let entry = &contents.levels[atom.level as usize];
-            self.mesh.reserve(entry.vertices as usize, entry.triangles as usize);
+            let counts = |level: u32| {
+                let entry = &contents.levels[level as usize];
+                [entry.vertices as usize, entry.triangles as usize]
+            };
+            self.mesh.reserve(counts(atom.level), counts(self.options.until.level.min(atom.level)));
             let bits = contents.header.lattice.bits;
             self.pass = Pass::Level(Box::new(match before {
                 Some(pass) => pass.next(&self.mesh, precision, bits),

@@ -23,15 +23,16 @@ impl ProgressiveMesh {
         self.positions[v.index()] = position;
     }
 
-    /// Makes room for a finer level of so many vertices and triangles, though not for more than twice as many as there are:
-    /// numbers that only a header claims take no memory.
-    pub fn reserve(&mut self, vertices: usize, triangles: usize) {
+    /// Makes room for a finer level of `next` vertices and triangles: if there is too little, for the `last` level at once, since all
+    /// that is there has to be copied; though not for more than twice of that, since numbers that only a header claims take no memory.
+    pub fn reserve(&mut self, next: [usize; 2], last: [usize; 2]) {
         let (v, t) = (self.positions.len(), self.table.slots());
-        let (more_vertices, more_triangles) =
-            (vertices.saturating_sub(v).min(v), triangles.saturating_sub(t).min(t));
-        self.positions.reserve_exact(more_vertices);
-        self.table.reserve(more_vertices, more_triangles);
-        self.roots.reserve(more_vertices);
+        if next[0] > self.positions.capacity() || next[1] > self.table.capacity() {
+            let (vertices, triangles) = (last[0].saturating_sub(v).min(v), last[1].saturating_sub(t).min(t));
+            self.positions.reserve_exact(vertices);
+            self.table.reserve(vertices, triangles);
+            self.roots.reserve(vertices);
+        }
     }
 
     /// Bytes a vertex and its two triangles take here: two records of the corner table, the corner, the component, the position.

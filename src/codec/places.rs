@@ -1,7 +1,7 @@
 //! Where the vertices are, and how large everything is round them (spec §5.5.1).
 
 use super::vector::{Vector, truncate_long};
-use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::mesh::Vertex;
 use crate::refine::ProgressiveMesh;
 
 /// What a level pass knows of a vertex.
@@ -118,21 +118,12 @@ impl Places {
         Spokes { at: self.cell(v), places: &mut self.places, v, squares: 0, edges: 0 }
     }
 
-    /// How long the edge opposite to `k` and `o`, which may be `NONE`, is beside those round it: the class of its squared length over
-    /// the mean of those of the edges at its ends and at the vertices opposite.
+    /// How long an edge is beside those round it: the class of its squared length over the mean of those of the edges at its ends.
     #[inline(always)]
-    pub fn class(&self, table: &CornerTable, k: Corner, o: Corner) -> usize {
-        let [c, a, b] = table.vertices_from(k);
-        let (a, b, c) = (self.at(a), self.at(b), self.at(c));
-        let mut squares = a.squares.wrapping_add(b.squares).wrapping_add(c.squares);
-        let mut count = a.edges + b.edges + c.edges;
-        if o.is_some() {
-            let d = self.at(table.vertex(o));
-            squares = squares.wrapping_add(d.squares);
-            count += d.edges;
-        }
-        let edge = b.cell - a.cell;
-        let size = edge.dot(edge) * count as f32 / (squares as f32).max(1.0);
+    pub fn class(&self, a: Vertex, b: Vertex) -> usize {
+        let (a, b) = (self.at(a), self.at(b));
+        let (edge, edges) = (b.cell - a.cell, (a.edges + b.edges) as f32);
+        let size = edge.dot(edge) * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
         // Quarter octaves from 2^-2.5 on: the leading bits of the number.
         ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(CLASSES - 1)
     }
@@ -176,6 +167,7 @@ fn length_squared(v: Vector) -> i64 {
 #[cfg(all(test, feature = "encode"))]
 mod tests {
     use super::*;
+    use crate::mesh::CornerTable;
     use crate::refine::Roots;
 
     /// The square of the specification (spec §5.7.1).
@@ -187,11 +179,8 @@ mod tests {
         let places = Places::new(&ProgressiveMesh { table, positions, roots }, 0);
         let extents: Vec<_> = (0..4).map(|v| places.extent(Vertex(v))).collect();
         assert_eq!(extents, [(3, 260_100), (2, 130_050), (3, 260_100), (2, 130_050)]);
-        let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
-        // 65025 * 8 / 650250 = 0.8, the third quarter of the octave from 2^-1 on; 130050 * 10 / 780300 = 1.67, the third of that from 1.
-        let side = table.find_directed_edge(Vertex(0), Vertex(1));
-        assert_eq!(places.class(&table, side, Corner::NONE), 8);
-        let diagonal = table.find_directed_edge(Vertex(2), Vertex(0));
-        assert_eq!(places.class(&table, diagonal, table.opposite(diagonal)), 12);
+        // 65025 * 5 / 390150 = 0.83, the third quarter of the octave from 2^-1 on; 130050 * 6 / 520200 = 1.5, the third of that from 1.
+        assert_eq!(places.class(Vertex(0), Vertex(1)), 8);
+        assert_eq!(places.class(Vertex(2), Vertex(0)), 12);
     }
 }

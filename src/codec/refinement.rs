@@ -264,7 +264,8 @@ impl LevelPass {
             } else {
                 left - 1
             };
-            let class = self.places.class(table, k, o);
+            let (a, b) = table.edge(k);
+            let class = self.places.class(a, b);
             let model = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7][class];
             if under.coder.bit(model, || under.answers.split(table, k)) {
                 under.coder.check()?;

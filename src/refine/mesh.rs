@@ -23,12 +23,15 @@ impl ProgressiveMesh {
         self.positions[v.index()] = position;
     }
 
-    /// Makes room for a finer level of `next` vertices and triangles: if there is too little, for the `last` level at once, since all
-    /// that is there has to be copied; though not for more than twice of that, since numbers that only a header claims take no memory.
+    /// Makes room for a finer level of `next` vertices and triangles. If there is too little, all that is there has to be copied: so
+    /// there is made room for the `last` level, if it is but four times as large, or else for twice as much as there is. Numbers that
+    /// only a header claims take no memory.
     pub fn reserve(&mut self, next: [usize; 2], last: [usize; 2]) {
         let (v, t) = (self.positions.len(), self.table.slots());
         if next[0] > self.positions.capacity() || next[1] > self.table.capacity() {
-            let (vertices, triangles) = (last[0].saturating_sub(v).min(v), last[1].saturating_sub(t).min(t));
+            let more =
+                |have: usize, last: usize| if last / 4 <= have { last.saturating_sub(have) } else { have };
+            let (vertices, triangles) = (more(v, last[0]), more(t, last[1]));
             self.positions.reserve_exact(vertices);
             self.table.reserve(vertices, triangles);
             self.roots.reserve(vertices);

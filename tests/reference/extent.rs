@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use super::vector::{d2, floor};
 use super::walk::Mesh;
 
-/// Of the edges at one vertex, or at several.
+/// Of the edges at one vertex.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Extent {
     pub edges: i64,
@@ -21,10 +21,5 @@ impl Extent {
             triangles.flat_map(|(&(_, behind), &before)| [behind, before]).collect();
         let squares = neighbours.iter().map(|&u| floor(d2(cell(w), cell(u))));
         Self { edges: neighbours.len() as i64, squares: squares.fold(0, i64::wrapping_add) }
-    }
-
-    /// Of both together.
-    pub fn and(self, other: Self) -> Self {
-        Self { edges: self.edges + other.edges, squares: self.squares.wrapping_add(other.squares) }
     }
 }

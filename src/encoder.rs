@@ -211,8 +211,8 @@ impl<'a> Encoder<'a> {
             }
         }
         let most = crate::limits::MAX_ELEMENTS as usize;
-        if mesh.positions.len() > most / 3 || mesh.triangles.len() > most / 3 {
-            return Err(Error::Parameter(format!("more than {} vertices or triangles", most / 3)));
+        if mesh.positions.len() > most / 4 || mesh.triangles.len() > most / 4 {
+            return Err(Error::Parameter(format!("more than {} vertices or triangles", most / 4)));
         }
         let needed = mesh.triangles.len() as u64 * BYTES_A_TRIANGLE + mesh.positions.len() as u64 * 24;
         if needed > options.max_memory {

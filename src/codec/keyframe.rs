@@ -4,7 +4,7 @@ use super::edgebreaker::{self, ConnectivityError};
 use super::walk::Walk;
 use crate::entropy::{BitCoder, CodingError, NumberModel, RangeDecoder, varint};
 use crate::limits::Budget;
-use crate::mesh::{CornerTable, Vertex};
+use crate::mesh::{CornerMap, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Roots, from_cell};
 use bitvec::vec::BitVec;
 
@@ -131,13 +131,9 @@ fn renumbered(table: &CornerTable, roots: &Roots, walk: &Walk) -> ProgressiveMes
         name[v.index()] = Vertex(k as u32);
     }
     let renamed = |v: Vertex| name[v.index()];
-    let mut vertices = Vec::with_capacity(3 * table.triangle_count());
-    let mut opposites = Vec::with_capacity(3 * table.triangle_count());
-    for c in table.triangles().flat_map(|t| t.corners()) {
-        vertices.push(renamed(table.vertex(c)));
-        opposites.push(table.opposite(c));
-    }
-    let table = CornerTable::from_parts(order.len(), vertices, opposites);
+    let vertices = table.triangles().map(|t| table.triangle(t).map(renamed)).collect();
+    let opposites = table.triangles().map(|t| table.opposites_from(t.corner(0))).collect();
+    let table = CornerTable::from_parts(order.len(), CornerMap(vertices), CornerMap(opposites));
     let edges = roots.edges().iter().map(|&(u, w)| (renamed(u), renamed(w))).collect();
     let roots = Roots::new(&table, edges);
     ProgressiveMesh { positions: vec![[0; 3]; order.len()], table, roots }

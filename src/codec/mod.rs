@@ -5,11 +5,11 @@ pub mod answers;
 mod context;
 pub mod edgebreaker;
 pub mod keyframe;
+pub mod places;
 pub mod position;
 pub mod precision;
 pub mod refinement;
 pub mod residue;
-pub mod survey;
 mod vector;
 pub mod walk;
 

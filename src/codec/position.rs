@@ -1,6 +1,6 @@
 //! Where a new vertex lies: predicted in the frame of the split edge, coded as what the cell differs by (spec §5.4).
 
-use super::vector::{Vector, exponent};
+use super::vector::{Vector, exponent, floor};
 use crate::entropy::{BitCoder, CodingError, NumberModel, SymbolModel};
 
 /// What is known round the edge a–b before it is split. All but the start are vectors from there.
@@ -22,20 +22,20 @@ pub struct Surroundings {
 #[derive(Clone, Debug)]
 pub struct PositionModels {
     /// By axis of the frame, octave of the squared edge length, class of the feature that drives the axis.
-    scales: Vec<[[Scale; FEATURES]; OCTAVES]>,
+    scales: Box<[[[Scale; FEATURES]; OCTAVES]; 3]>,
     /// Of the tangential and the normal prediction, by class of its feature.
     weights: [[Weight; FEATURES]; 2],
     /// By coordinate in the order of coding, octave of the variance, place between two cells.
-    tokens: Vec<[[SymbolModel; PHASES]; VARIANCES]>,
+    tokens: Box<[[[SymbolModel; PHASES]; VARIANCES]; 3]>,
     far: NumberModel,
 }
 
 impl Default for PositionModels {
     fn default() -> Self {
         Self {
-            scales: [0.1, 0.1, 0.05].map(|mean| [[Scale { mean, count: 0 }; FEATURES]; OCTAVES]).to_vec(),
+            scales: Box::new([0.1, 0.1, 0.05].map(|mean| [[Scale { mean, count: 0 }; FEATURES]; OCTAVES])),
             weights: [Weight::new(0.5), Weight::new(0.25)].map(|weight| [weight; FEATURES]),
-            tokens: vec![[[SymbolModel::BELL; PHASES]; VARIANCES]; 3],
+            tokens: Box::new([[[SymbolModel::BELL; PHASES]; VARIANCES]; 3]),
             far: NumberModel::default(),
         }
     }
@@ -154,7 +154,7 @@ impl PositionModels {
         known: [i32; 3],
     ) -> Result<[i32; 3], CodingError> {
         let s = (0.2 * size).max(0.25);
-        let axes = [Vector([s, 0.0, 0.0, 0.0]), Vector([0.0, s, 0.0, 0.0]), Vector([0.0, 0.0, s, 0.0])];
+        let axes = [Vector::new(s, 0.0, 0.0), Vector::new(0.0, s, 0.0), Vector::new(0.0, 0.0, s)];
         self.code(coder, start, expected, axes, known)
     }
 
@@ -170,7 +170,10 @@ impl PositionModels {
         known: [i32; 3],
     ) -> Result<[i32; 3], CodingError> {
         let [i, j, k] = order(axes[2]);
-        let [e, t, n] = axes.map(|axis| [axis.0[i], axis.0[j], axis.0[k]]);
+        let [e, t, n] = axes.map(|axis| {
+            let axis = axis.coordinates();
+            [axis[i], axis[j], axis[k]]
+        });
         let covariance = |x: usize, y: usize| (e[x] * e[y] + t[x] * t[y]) + n[x] * n[y];
         let (ii, ij, ik) = (covariance(0, 0), covariance(0, 1), covariance(0, 2));
         let over = 1.0 / ii;
@@ -179,10 +182,10 @@ impl PositionModels {
         let jk = covariance(1, 2) - b * ij;
         let c = if jj > LEAST { jk / jj } else { 0.0 };
         let kk = (covariance(2, 2) - b * ik) - c * jk;
-        let mut cell = start;
-        let x = self.coordinate(coder, 0, expected.0[i], ii, known[i], &mut cell[i])?;
-        let y = self.coordinate(coder, 1, expected.0[j] + a * x, jj, known[j], &mut cell[j])?;
-        self.coordinate(coder, 2, (expected.0[k] + b * x) + c * y, kk, known[k], &mut cell[k])?;
+        let (mut cell, expected) = (start, expected.coordinates());
+        let x = self.coordinate(coder, 0, expected[i], ii, known[i], &mut cell[i])?;
+        let y = self.coordinate(coder, 1, expected[j] + a * x, jj, known[j], &mut cell[j])?;
+        self.coordinate(coder, 2, (expected[k] + b * x) + c * y, kk, known[k], &mut cell[k])?;
         Ok(cell)
     }
 
@@ -199,7 +202,7 @@ impl PositionModels {
     ) -> Result<f32, CodingError> {
         let octave = exponent(variance.max(LEAST)) + 4;
         let shift = ((octave - 6).clamp(0, 32) / 2) as u32;
-        let origin = floor(expected.clamp(-FARTHEST, FARTHEST) + 0.5);
+        let origin = floor(within(expected, FARTHEST) + 0.5);
         let mut phase = 0;
         if shift == 0 {
             let fraction = expected - origin as f32;
@@ -267,6 +270,13 @@ impl Prediction {
     }
 }
 
+/// x, or the bound that is nearest to it; `-bound` where x is not a number.
+#[inline]
+fn within(x: f32, bound: f32) -> f32 {
+    let above = if x > -bound { x } else { -bound };
+    if above < bound { above } else { bound }
+}
+
 /// From one cell to another.
 #[inline]
 fn offset(cell: [i32; 3], start: [i32; 3]) -> Vector {
@@ -280,26 +290,18 @@ fn feature_class(x: f32) -> usize {
     (exponent(x).clamp(-7, 0) + 7) as usize
 }
 
-/// The largest integer at or below x.
-#[inline]
-fn floor(x: f32) -> i32 {
-    let towards_zero = x as i32;
-    towards_zero - i32::from(towards_zero as f32 > x)
-}
-
 /// The axes, the one along which |v| is smallest first; the lower one first among equals.
 #[inline]
 fn order(v: Vector) -> [usize; 3] {
-    let [x, y, z, _] = v.0.map(f32::abs);
-    match (x <= y, x <= z, y <= z) {
-        (true, true, true) => [0, 1, 2],
-        (true, true, false) => [0, 2, 1],
-        (false, _, true) if x <= z => [1, 0, 2],
-        (false, _, true) => [1, 2, 0],
-        (true, false, _) => [2, 0, 1],
-        (false, _, false) => [2, 1, 0],
-    }
+    let [x, y, z] = v.coordinates().map(f32::abs);
+    // A table, since branches would be taken at random.
+    let sorted = ORDERS[usize::from(x <= y) | usize::from(x <= z) << 1 | usize::from(y <= z) << 2];
+    sorted.map(|axis| usize::from(axis) % 3)
 }
+
+/// By x <= y, x <= z, y <= z, from the lowest bit on; two of the cases cannot be.
+const ORDERS: [[u8; 3]; 8] =
+    [[2, 1, 0], [2, 0, 1], [2, 1, 0], [0, 2, 1], [1, 2, 0], [0, 1, 2], [1, 0, 2], [0, 1, 2]];
 
 #[cfg(all(test, feature = "encode"))]
 mod tests {
@@ -380,7 +382,7 @@ mod tests {
             ([1.0, 3.0, 2.0], [0, 2, 1]),
             ([1.0; 3], [0, 1, 2]),
         ] {
-            assert_eq!(order(Vector([v[0], v[1], v[2], 0.0])), sorted);
+            assert_eq!(order(Vector::new(v[0], v[1], v[2])), sorted);
         }
     }
 }

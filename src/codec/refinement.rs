@@ -1,9 +1,9 @@
 //! A refinement level, operation by operation: splits with positions and flips, face splits, attachments (spec §5.3 to §5.5).
 
 use super::context::{self, ANGLES, BENDS};
+use super::places::{self, Places};
 use super::position::{PositionModels, Surroundings};
-use super::survey::{self, STAR, Survey};
-use super::vector::Vector;
+use super::vector::{Vector, truncate};
 use super::walk::Walk;
 use crate::entropy::{Bit, BitCoder, CodingError};
 use crate::mesh::{Corner, CornerTable, Vertex};
@@ -15,7 +15,7 @@ pub const MAX_STAR: usize = 64;
 /// The models of refinements. They start afresh with each segment (spec §5.2).
 #[derive(Clone, Debug)]
 pub struct SegmentModels {
-    split: [[[Bit; survey::CLASSES]; 8]; 2],
+    split: [[[Bit; places::CLASSES]; 8]; 2],
     flip: [[Bit; ANGLES]; BENDS],
     face: Bit,
     attach: Bit,
@@ -26,7 +26,7 @@ pub struct SegmentModels {
 impl Default for SegmentModels {
     fn default() -> Self {
         Self {
-            split: [[[Bit::NEW; survey::CLASSES]; 8]; 2],
+            split: [[[Bit::NEW; places::CLASSES]; 8]; 2],
             flip: [[Bit::NEW; ANGLES]; BENDS],
             face: Bit::NEW,
             attach: Bit::NEW,
@@ -110,6 +110,9 @@ pub enum RefinementError {
     OffLattice([i32; 3]),
 }
 
+/// A triangle in the star of a vertex of this level; others have at most three edges beyond which there is nothing or a star.
+const STAR: u8 = u8::MAX;
+
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Pass {
     Split,
@@ -122,9 +125,11 @@ enum Pass {
 #[derive(Debug)]
 pub struct LevelPass {
     walk: Walk,
-    survey: Survey,
-    /// Where each vertex is.
-    cells: Vec<Vector>,
+    visited: Vec<bool>,
+    places: Places,
+    /// By slot: [`STAR`] for a triangle in the star of a vertex of this level, else how many of its edges are boundary or have
+    /// a star beyond.
+    states: Vec<u8>,
     /// Boundary edges of the coarser level, start and end, in walk order.
     boundary: Vec<(Vertex, Vertex)>,
     pass: Pass,
@@ -134,8 +139,6 @@ pub struct LevelPass {
     max: i32,
     /// Of the star under way: the corners at the new vertex whose link edges are to be looked at.
     queue: [Corner; 2 * MAX_STAR],
-    /// For each vertex the last new vertex whose link it was on.
-    linked: Vec<Vertex>,
     inserted: Inserted,
     /// Bits that positions took, where this side writes.
     pub position_bits: f64,
@@ -152,27 +155,59 @@ struct Under<'a, C, A> {
 impl LevelPass {
     /// Walks the coarser level. `precision` is the finer level's s, `bits` the lattice's.
     pub fn new(mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
-        let table = &mesh.table;
-        // As much room as the mesh has, so that all grow together.
-        let vertices = mesh.positions.capacity();
-        let mut cells = Vec::with_capacity(vertices);
-        cells.extend(mesh.positions.iter().map(|p| Vector::of_cell(p.map(|x| x >> precision))));
-        let mut linked = Vec::with_capacity(vertices);
-        linked.resize(cells.len(), Vertex::NONE);
-        let (walk, survey) = Survey::new(table, &mesh.roots, &mut cells);
-        Self {
-            boundary: walk.boundary.iter().map(|&k| table.edge(k)).collect(),
-            walk,
-            survey,
-            cells,
+        let mut this = Self {
+            walk: Walk::default(),
+            visited: Vec::new(),
+            places: Places::new(mesh, precision),
+            states: Vec::new(),
+            boundary: Vec::new(),
             pass: Pass::Split,
             cursor: 0,
             precision,
             max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
             queue: [Corner::NONE; 2 * MAX_STAR],
-            linked,
             inserted: Inserted::default(),
             position_bits: 0.0,
+        };
+        this.walk(mesh);
+        this
+    }
+
+    /// The pass of the next level, for the mesh that this one has led to. It is the same as a new one: places need not be
+    /// measured again, and lists keep their memory.
+    pub fn next(mut self, mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
+        if precision != self.precision {
+            return Self::new(mesh, precision, bits);
+        }
+        self.pass = Pass::Split;
+        self.cursor = 0;
+        self.position_bits = 0.0;
+        self.places.reserve(mesh.positions.capacity());
+        self.walk(mesh);
+        self
+    }
+
+    /// Whether places are what a new measurement would find.
+    #[cfg(test)]
+    pub(super) fn is_measured(&self, mesh: &ProgressiveMesh) -> bool {
+        let fresh = Places::new(mesh, self.precision);
+        let used = |v: &Vertex| mesh.table.corner_of(*v).is_some();
+        (0..mesh.positions.len() as u32)
+            .map(Vertex)
+            .filter(used)
+            .all(|v| self.places.extent(v) == fresh.extent(v))
+    }
+
+    fn walk(&mut self, mesh: &ProgressiveMesh) {
+        let table = &mesh.table;
+        self.walk.again(table, &mesh.roots, &mut self.visited);
+        self.states.clear();
+        self.states.reserve_exact(table.capacity());
+        self.states.resize(table.slots(), 0);
+        self.boundary.clear();
+        for &k in &self.walk.boundary {
+            self.states[k.triangle().index()] += 1;
+            self.boundary.push(table.edge(k));
         }
     }
 
@@ -215,13 +250,13 @@ impl LevelPass {
         while let Some(&k) = self.walk.edges.get(self.cursor) {
             self.cursor += 1;
             let table = &under.mesh.table;
-            let left = self.survey.state(k.triangle());
+            let left = self.states[k.triangle().index()];
             if left == STAR {
                 continue;
             }
             let o = table.opposite(k);
             let closed = if o.is_some() {
-                let right = self.survey.state(o.triangle());
+                let right = self.states[o.triangle().index()];
                 if right == STAR {
                     continue;
                 }
@@ -229,7 +264,8 @@ impl LevelPass {
             } else {
                 left - 1
             };
-            let class = self.survey.class(table, &self.cells, k, o);
+            let (a, b) = table.edge(k);
+            let class = self.places.class(a, b);
             let model = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7][class];
             if under.coder.bit(model, || under.answers.split(table, k)) {
                 under.coder.check()?;
@@ -248,8 +284,8 @@ impl LevelPass {
         let table = &under.mesh.table;
         let (a, b) = table.edge(k);
         let o = table.opposite(k);
-        let start = self.cells[a.index()];
-        let to = |c: Corner| self.cells[table.vertex(c).index()] - start;
+        let start = self.places.cell(a);
+        let to = |c: Corner| self.places.cell(table.vertex(c)) - start;
         let mut wings = (Vector::default(), 0.0);
         let mut add_wings = |c: Corner| {
             for beyond in [table.opposite(c.next()), table.opposite(c.prev())] {
@@ -263,14 +299,15 @@ impl LevelPass {
             add_wings(o);
         }
         let around = Surroundings {
-            start: self.cell(under.mesh, a),
-            edge: self.cells[b.index()] - start,
+            start: self.cell(a),
+            edge: self.places.cell(b) - start,
             left: to(k),
             right: o.is_some().then(|| to(o)),
             wings,
         };
         let (v, position) =
             self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
+        self.places.count_edge(a, b, false);
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
         self.place(under.mesh, v, position);
         self.begin(v, Site::Edge(a, b));
@@ -288,10 +325,10 @@ impl LevelPass {
         for (place, &c) in self.queue.iter_mut().zip(corners) {
             *place = c;
             let (p, q) = under.mesh.table.edge(c);
-            self.linked[p.index()] = v;
-            self.linked[q.index()] = v;
+            self.places.link(p, v);
+            self.places.link(q, v);
         }
-        let pv = self.cells[v.index()];
+        let pv = self.places.cell(v);
         let mut size = corners.len();
         let (mut head, mut tail) = (0, size);
         while head < tail && size < MAX_STAR {
@@ -299,23 +336,24 @@ impl LevelPass {
             head += 1;
             let table = &under.mesh.table;
             let o = table.opposite(c);
-            if o.is_none() || self.survey.state(o.triangle()) == STAR {
+            if o.is_none() || self.states[o.triangle().index()] == STAR {
                 continue;
             }
             let r = table.vertex(o);
-            if self.linked[r.index()] == v {
+            let far = self.places.at(r);
+            if far.linked == v {
                 continue;
             }
             let (p, q) = table.edge(c);
-            let [pp, pq, pr] = [self.cells[p.index()], self.cells[q.index()], self.cells[r.index()]];
-            let (angle, bend) = context::link_edge(pv, pp, pq, pr);
+            let (angle, bend) = context::link_edge(pv, self.places.cell(p), self.places.cell(q), far.cell);
             let model = &mut under.models.flip[bend][angle];
             if under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
                 let other = stellar::flip(&mut under.mesh.table, c);
                 self.queue[tail & (2 * MAX_STAR - 1)] = c;
                 self.queue[(tail + 1) & (2 * MAX_STAR - 1)] = other;
                 tail += 2;
-                self.linked[r.index()] = v;
+                self.places.count_edge(p, q, false);
+                self.places.link(r, v);
                 self.star(other);
                 size += 1;
                 self.inserted.flips.push(p);
@@ -335,7 +373,11 @@ impl LevelPass {
     /// Counts the triangle of a corner at the new vertex to its star.
     #[inline]
     fn star(&mut self, c: Corner) {
-        self.survey.star(c.triangle());
+        let t = c.triangle().index();
+        if t >= self.states.len() {
+            self.states.resize(t + 1, STAR);
+        }
+        self.states[t] = STAR;
         self.inserted.star.push(c);
     }
 
@@ -344,12 +386,19 @@ impl LevelPass {
         let v = self.inserted.vertex;
         let flipped = self.inserted.flips.iter().copied().zip(self.inserted.ends.iter().copied());
         mesh.roots.insert(&mesh.table, v, beside, flipped.chain(split));
+        let mut spokes = self.places.spokes(v);
         for &c in &self.inserted.star {
-            let beyond = mesh.table.opposite(c);
-            if beyond.is_some() {
-                self.survey.close(beyond.triangle());
+            let [_, p, q] = mesh.table.vertices_from(c);
+            let [beyond, behind, _] = mesh.table.opposites_from(c);
+            if let Some(state) = self.states.get_mut(beyond.triangle().index()) {
+                *state += u8::from(*state != STAR);
+            }
+            spokes.count(p);
+            if behind.is_none() {
+                spokes.count(q);
             }
         }
+        spokes.finish();
     }
 
     fn next_face<C: BitCoder, A: Answers>(
@@ -358,7 +407,7 @@ impl LevelPass {
     ) -> Result<bool, RefinementError> {
         while let Some(&c) = self.walk.triangles.get(self.cursor) {
             self.cursor += 1;
-            if self.survey.state(c.triangle()) == STAR {
+            if self.states[c.triangle().index()] == STAR {
                 continue;
             }
             if !under.coder.bit(&mut under.models.face, || under.answers.face(&under.mesh.table, c)) {
@@ -366,8 +415,8 @@ impl LevelPass {
             }
             under.coder.check()?;
             let [x, y, z] = [c, c.next(), c.prev()].map(|c| under.mesh.table.vertex(c));
-            let [px, py, pz] = [x, y, z].map(|w| self.cells[w.index()]);
-            let (start, middle) = (self.cell(under.mesh, x), ((py - px) + (pz - px)) * (1.0 / 3.0));
+            let [px, py, pz] = [x, y, z].map(|w| self.places.cell(w));
+            let (start, middle) = (self.cell(x), ((py - px) + (pz - px)) * (1.0 / 3.0));
             let size = (py - px).dot(py - px).max((pz - px).dot(pz - px)).sqrt();
             let (v, position) = self
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
@@ -398,8 +447,8 @@ impl LevelPass {
                 continue;
             }
             under.coder.check()?;
-            let edge = self.cells[b.index()] - self.cells[a.index()];
-            let (start, middle, size) = (self.cell(under.mesh, a), edge * 0.5, edge.dot(edge).sqrt());
+            let edge = self.places.cell(b) - self.places.cell(a);
+            let (start, middle, size) = (self.cell(a), edge * 0.5, edge.dot(edge).sqrt());
             let (v, position) = self
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::attach(&mut under.mesh.table, k, v);
@@ -413,18 +462,14 @@ impl LevelPass {
     }
 
     #[inline]
-    fn cell(&self, mesh: &ProgressiveMesh, v: Vertex) -> [i32; 3] {
-        mesh.positions[v.index()].map(|x| x >> self.precision)
+    fn cell(&self, v: Vertex) -> [i32; 3] {
+        self.places.cell(v).coordinates().map(truncate)
     }
 
     #[inline]
     fn place(&mut self, mesh: &mut ProgressiveMesh, v: Vertex, position: [i32; 3]) {
         mesh.set_position(v, position);
-        if v.index() >= self.cells.len() {
-            self.cells.resize(v.index() + 1, Vector::default());
-            self.linked.resize(v.index() + 1, Vertex::NONE);
-        }
-        self.cells[v.index()] = Vector::of_cell(position.map(|x| x >> self.precision));
+        self.places.put(v, position);
     }
 
     /// Codes where the next vertex lies. Returns its number and full-scale position.

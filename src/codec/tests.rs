@@ -6,7 +6,7 @@ use super::refinement::{LevelPass, SegmentModels, Unknown};
 use crate::entropy::{RangeDecoder, RangeEncoder};
 use crate::limits::{Budget, Limits};
 use crate::mesh::random::SplitMix64;
-use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Triangle, Vertex, lattice, shapes};
+use crate::mesh::{Corner, CornerMap, CornerTable, IndexedMesh, Lattice, Triangle, Vertex, lattice, shapes};
 use crate::refine::{Operation, ProgressiveMesh, Roots, Site, stellar};
 use crate::simplify::{self, Method, Options};
 use bitvec::vec::BitVec;
@@ -48,16 +48,25 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     let mut mesh = ProgressiveMesh { table: base, positions: finest.clone(), roots };
     let keyframes = vec![keyframe::encode(&mesh, 0).payload];
     let mut written = Written { levels: Vec::new(), keyframes, meshes: vec![mesh.clone()] };
+    // The writer goes on with the pass of the level before, the reader begins each level with a new one.
+    let mut before: Option<LevelPass> = None;
     for j in (0..simplified.history.level_count()).rev() {
         let mut answers = LevelAnswers::new(&mesh.table, &simplified.history, j, &finest);
-        let mut pass = LevelPass::new(&mesh, 0, BITS);
+        let mut pass = match before {
+            Some(before) => before.next(&mesh, 0, BITS),
+            None => LevelPass::new(&mesh, 0, BITS),
+        };
         let mut models = SegmentModels::default();
         let mut coder = RangeEncoder::default();
         for _ in simplified.history.level(j) {
             let inserted = pass.step(&mut mesh, &mut models, &mut coder, &mut answers).unwrap();
             assert!(inserted.is_some(), "every operation of the level is met in its walk");
             check_if_small(&mesh);
+            if mesh.table.triangle_count() < 100 {
+                assert!(pass.is_measured(&mesh));
+            }
         }
+        before = Some(pass);
         written.levels.push(coder.finish());
         written.keyframes.push(keyframe::encode(&mesh, 0).payload);
         written.meshes.push(mesh.clone());
@@ -123,14 +132,13 @@ fn moved(mesh: &ProgressiveMesh, places: &[u32], names: &[u32], random: &mut Spl
     let turns: Vec<u32> = places.iter().map(|_| random.below(3)).collect();
     let corner = |c: Corner| {
         let t = c.triangle().index();
-        if c.is_none() { c } else { Corner(places[t] * 3 + (c.0 + turns[t]) % 3) }
+        if c.is_none() { c } else { Triangle(places[t]).corner((c.place() as u32 + turns[t]) % 3) }
     };
-    let mut vertices = vec![Vertex::NONE; places.len() * 3];
-    let mut opposites = vec![Corner::NONE; places.len() * 3];
-    for c in (0..places.len() as u32 * 3).map(Corner) {
-        // (c.0 + turn) % 3 turns within a triangle, since 3t + k and k are the same modulo 3.
-        vertices[corner(c).index()] = Vertex(names[table.vertex(c).index()]);
-        opposites[corner(c).index()] = corner(table.opposite(c));
+    let mut vertices = CornerMap::new(Vertex::NONE, places.len());
+    let mut opposites = CornerMap::new(Corner::NONE, places.len());
+    for c in opposites.corners() {
+        vertices[corner(c)] = Vertex(names[table.vertex(c).index()]);
+        opposites[corner(c)] = corner(table.opposite(c));
     }
     let mut positions = vec![[0; 3]; names.len()];
     for (v, &name) in names.iter().enumerate() {
@@ -165,15 +173,21 @@ fn permuted_star(mesh: &mut ProgressiveMesh, star: &[Triangle], random: &mut Spl
             turn(&mut table, t);
         }
     }
-    let corners = || (0..3 * table.slots() as u32).map(Corner);
-    let vertices = corners().map(|c| table.vertex(c)).collect();
-    let opposites = corners().map(|c| table.opposite(c)).collect();
-    mesh.table = CornerTable::from_parts(names.len(), vertices, opposites);
+    let vertices = table.triangles().map(|t| table.triangle(t)).collect();
+    let opposites = table.triangles().map(|t| table.opposites_from(t.corner(0))).collect();
+    mesh.table = CornerTable::from_parts(names.len(), CornerMap(vertices), CornerMap(opposites));
+}
+
+fn random_corner(table: &CornerTable, random: &mut SplitMix64) -> Corner {
+    Triangle(random.below(table.slots() as u32)).corner(random.below(3))
 }
 
 /// V and O.
 fn sides(table: &CornerTable) -> Vec<(Vertex, Corner)> {
-    (0..3 * table.slots() as u32).map(Corner).map(|c| (table.vertex(c), table.opposite(c))).collect()
+    (0..table.slots() as u32)
+        .flat_map(|t| Triangle(t).corners())
+        .map(|c| (table.vertex(c), table.opposite(c)))
+        .collect()
 }
 
 fn turn(table: &mut CornerTable, t: Triangle) {
@@ -192,7 +206,7 @@ fn random_mesh(shape: &IndexedMesh, steps: u32, seed: u64) -> IndexedMesh {
     let mut random = SplitMix64::new(seed);
     let mut table = CornerTable::from_triangles(shape.positions.len(), &shape.triangles).unwrap();
     for _ in 0..steps {
-        let c = Corner(random.below(3 * table.slots() as u32));
+        let c = random_corner(&table, &mut random);
         let v = Vertex(table.vertex_slots() as u32);
         let o = table.opposite(c);
         match random.below(5) {
@@ -277,7 +291,7 @@ proptest! {
         let mut table = CornerTable::from_triangles(input.positions.len(), &input.triangles).unwrap();
         for _ in 0..20 {
             let before = table.clone();
-            let k = Corner(random.below(3 * table.slots() as u32));
+            let k = random_corner(&table, &mut random);
             let vertex = Vertex(table.vertex_slots() as u32);
             let (a, b) = table.edge(k);
             let site = match random.below(3) {

@@ -21,34 +21,34 @@ impl Walk {
     /// The edge list is the queue: an edge is listed when the first of its triangles is visited, and taken up in that order;
     /// behind it lies the next triangle, unless it has been visited.
     pub fn new(table: &CornerTable, roots: &Roots) -> Self {
-        Self::visit(table, roots, |_| ())
+        let mut walk = Self::default();
+        walk.again(table, roots, &mut Vec::new());
+        walk
     }
 
-    /// Walks, and tells `see` of each triangle as it is visited, by its corner of [`Walk::triangles`].
-    #[inline]
-    pub fn visit(table: &CornerTable, roots: &Roots, mut see: impl FnMut(Corner)) -> Self {
-        let mut walk = Self {
-            edges: vec![Corner::NONE; table.edge_count() + 1],
-            triangles: Vec::with_capacity(table.triangle_count()),
-            boundary: Vec::new(),
-        };
-        let mut listed = 0;
-        // Whether an edge is listed is as good as random: a branch would cost more than a write in vain.
-        let mut list = |walk: &mut Self, c: Corner, is_new: bool| {
-            walk.edges[listed] = c;
-            listed += usize::from(is_new);
-            listed
-        };
-        let mut visited = vec![false; table.slots()];
+    /// Walks anew where an earlier walk, and what it had `visited`, leave their memory.
+    pub fn again(&mut self, table: &CornerTable, roots: &Roots, visited: &mut Vec<bool>) {
+        let walk = self;
+        walk.triangles.clear();
+        walk.triangles.reserve_exact(table.triangle_count());
+        walk.boundary.clear();
+        visited.clear();
+        visited.resize(table.slots(), false);
+        let edges = &mut walk.edges;
+        // As many as a closed surface has.
+        let most = table.triangle_count() + table.triangle_count() / 2;
+        edges.reserve_exact(most.saturating_sub(edges.len()));
+        edges.resize(edges.len().max(most), Corner::NONE);
+        let mut tail = 0;
         for root in roots.corners(table) {
             visited[root.triangle().index()] = true;
             walk.triangles.push(root);
-            let mut head = list(&mut walk, root, true) - 1;
-            list(&mut walk, root.next(), true);
-            let mut tail = list(&mut walk, root.prev(), true);
-            see(root);
+            make_room(edges, tail + 3);
+            edges[tail..tail + 3].copy_from_slice(&[root, root.next(), root.prev()]);
+            let mut head = tail;
+            tail += 3;
             while head < tail {
-                let edge = walk.edges[head];
+                let edge = edges[head];
                 head += 1;
                 let entry = table.opposite(edge);
                 if entry.is_none() {
@@ -63,13 +63,15 @@ impl Walk {
                 let is_new =
                     |beyond: Corner| visited.get(beyond.triangle().index()).is_none_or(|&visited| !visited);
                 let new = [is_new(next), is_new(prev)];
-                list(&mut walk, entry.next(), new[0]);
-                tail = list(&mut walk, entry.prev(), new[1]);
-                see(entry);
+                make_room(edges, tail + 2);
+                // Whether an edge is new is as good as random: a branch would cost more than a write in vain.
+                edges[tail] = entry.next();
+                tail += usize::from(new[0]);
+                edges[tail] = entry.prev();
+                tail += usize::from(new[1]);
             }
         }
-        walk.edges.truncate(listed);
-        walk
+        edges.truncate(tail);
     }
 
     /// The vertices in the order in which the walk meets them: of each triangle next, prev, then the corner itself.
@@ -85,5 +87,13 @@ impl Walk {
             }
         }
         vertices
+    }
+}
+
+/// Makes a list at least so long.
+#[inline(always)]
+fn make_room(edges: &mut Vec<Corner>, least: usize) {
+    if least > edges.len() {
+        edges.resize(least + edges.len() / 8, Corner::NONE);
     }
 }

@@ -19,8 +19,8 @@ use std::sync::Arc;
 /// The passes of the level under way.
 #[derive(Debug)]
 enum Pass {
-    /// Between levels.
-    None,
+    /// Between levels, with the pass of the one before.
+    None(Option<Box<LevelPass>>),
     Precision(PrecisionPass),
     Level(Box<LevelPass>),
 }
@@ -59,7 +59,7 @@ impl Session {
             operations: 0,
             budget: Budget::new(options.limits),
             models: SegmentModels::default(),
-            pass: Pass::None,
+            pass: Pass::None(None),
             start: 0,
             level: None,
             parts: Vec::new(),
@@ -182,7 +182,10 @@ impl Session {
     /// A level is complete; where a segment begins, models start afresh.
     fn complete(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) {
         self.level = Some(level);
-        self.pass = Pass::None;
+        self.pass = Pass::None(match std::mem::replace(&mut self.pass, Pass::None(None)) {
+            Pass::Level(pass) if level > 0 => Some(pass),
+            _ => None,
+        });
         if contents.starts_segment(level) {
             self.models = SegmentModels::default();
         }
@@ -222,7 +225,7 @@ impl Session {
     ) -> Result<()> {
         let fault = |e: CodingError| FormatError::new(atom.offset, "5.6", e.to_string());
         self.budget.take_work(u64::from(atom.items))?;
-        if matches!(self.pass, Pass::None) {
+        if matches!(self.pass, Pass::None(_)) {
             let (from, to) = (
                 contents.levels[atom.level as usize + 1].precision,
                 contents.levels[atom.level as usize].precision,
@@ -245,7 +248,7 @@ impl Session {
         }
         coder.finish().map_err(fault)?;
         if atom.last {
-            self.pass = Pass::None;
+            self.pass = Pass::None(None);
         }
         moved.sort_unstable();
         moved.dedup();
@@ -266,13 +269,20 @@ impl Session {
         payload: &[u8],
         events: &mut VecDeque<Event>,
     ) -> Result<()> {
-        if matches!(self.pass, Pass::None) {
+        if let Pass::None(before) = &mut self.pass {
+            let before = before.take();
             let precision = contents.levels[atom.level as usize].precision;
             self.pay_for_walk()?;
-            let entry = &contents.levels[atom.level as usize];
-            self.mesh.reserve(entry.vertices as usize, entry.triangles as usize);
-            let pass = LevelPass::new(&self.mesh, precision, contents.header.lattice.bits);
-            self.pass = Pass::Level(Box::new(pass));
+            let counts = |level: u32| {
+                let entry = &contents.levels[level as usize];
+                [entry.vertices as usize, entry.triangles as usize]
+            };
+            self.mesh.reserve(counts(atom.level), counts(self.options.until.level.min(atom.level)));
+            let bits = contents.header.lattice.bits;
+            self.pass = Pass::Level(Box::new(match before {
+                Some(pass) => pass.next(&self.mesh, precision, bits),
+                None => LevelPass::new(&self.mesh, precision, bits),
+            }));
         }
         let first_vertex = self.mesh.positions.len() as u32;
         let first_triangle = self.mesh.table.slots() as u32;

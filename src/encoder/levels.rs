@@ -36,6 +36,8 @@ pub struct Levels<'a> {
     keyframes: Vec<(u32, Written)>,
     /// Vertices and triangles of each level, by number.
     counts: Vec<(u32, u32)>,
+    /// The pass of the level before.
+    pass: Option<LevelPass>,
     connectivity_bits: f64,
     position_bits: f64,
 }
@@ -67,6 +69,7 @@ impl<'a> Levels<'a> {
             pieces: Vec::new(),
             keyframes: vec![(base_level as u32, written)],
             counts,
+            pass: None,
             connectivity_bits: 0.0,
             position_bits: 0.0,
         }
@@ -160,7 +163,11 @@ impl<'a> Levels<'a> {
         let history = &self.simplified.history;
         let mut answers = LevelAnswers::new(&self.mesh.table, history, j, self.finest);
         let precision = self.schedule.precision(j as u32);
-        let mut pass = LevelPass::new(&self.mesh, precision, self.options.position_bits);
+        let bits = self.options.position_bits;
+        let mut pass = match self.pass.take() {
+            Some(pass) => pass.next(&self.mesh, precision, bits),
+            None => LevelPass::new(&self.mesh, precision, bits),
+        };
         let mut left = history.level(j).len();
         while left > 0 {
             let mut coder = RangeEncoder::default();
@@ -179,5 +186,6 @@ impl<'a> Levels<'a> {
         }
         self.connectivity_bits -= pass.position_bits;
         self.position_bits += pass.position_bits;
+        self.pass = Some(pass);
     }
 }

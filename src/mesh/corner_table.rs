@@ -1,7 +1,7 @@
 //! The corner table (Rossignac, Safonova, Szymczak 2001; spec §2.1).
 //!
 //! ```text
-//!               v(c)                 A corner c is triangle t = c/3 seen from its vertex v(c).
+//!               v(c)                 A corner c is triangle t = c/4 seen from its vertex v(c).
 //!                c                   It also names the edge opposite to it, n(c) -> p(c).
 //!               / \
 //!        left  /   \  right          left edge  v(c) -> v(n): opposite to p(c)
@@ -14,7 +14,7 @@
 //! ```
 
 use super::buckets;
-use super::index::{Corner, Triangle, Vertex};
+use super::index::{Corner, CornerMap, Triangle, Vertex};
 
 /// A triangle mesh as the arrays V (corner to vertex), O (corner to opposite corner) and one corner a vertex.
 ///
@@ -27,16 +27,26 @@ use super::index::{Corner, Triangle, Vertex};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct CornerTable {
     /// V and O side by side: whoever looks at one of a corner mostly looks at the other, or at those of its triangle.
-    sides: Vec<Side>,
+    records: Vec<Record>,
     pub(crate) corners: Vec<Corner>,
     pub(crate) live: u32,
 }
 
-/// What is known of a corner.
+/// V and O of the corners of a triangle, half a cache line. The fourth places belong to no corner: they make every place of a
+/// corner number a place of the arrays.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Side {
-    vertex: Vertex,
-    opposite: Corner,
+#[repr(align(32))]
+struct Record {
+    vertices: [Vertex; 4],
+    opposites: [Corner; 4],
+}
+
+impl Record {
+    const EMPTY: Self = Self { vertices: [Vertex::NONE; 4], opposites: [Corner::NONE; 4] };
+
+    fn is_live(&self) -> bool {
+        self.vertices[0].is_some()
+    }
 }
 
 /// Why some triangles are not an oriented manifold.
@@ -65,15 +75,15 @@ impl CornerTable {
     /// # Errors
     /// [`TopologyError`] where the triangles are not an oriented manifold without repeated edges.
     pub fn from_triangles(vertex_count: usize, triangles: &[[u32; 3]]) -> Result<Self, TopologyError> {
-        let vertices: Vec<Vertex> = triangles.iter().flatten().map(|&v| Vertex(v)).collect();
-        let mut opposites = vec![Corner::NONE; vertices.len()];
+        let vertices = CornerMap(triangles.iter().map(|t| t.map(Vertex)).collect());
+        let mut opposites = CornerMap::new(Corner::NONE, triangles.len());
         for edge in sorted_edges(&vertices).chunk_by(|x, y| x.0 == y.0) {
             let ends = (Vertex((edge[0].0 >> 32) as u32), Vertex(edge[0].0 as u32));
             match *edge {
                 [_] => {}
-                [(_, c), (_, d)] if vertices[c.next().index()] == vertices[d.prev().index()] => {
-                    opposites[c.index()] = d;
-                    opposites[d.index()] = c;
+                [(_, c), (_, d)] if vertices[c.next()] == vertices[d.prev()] => {
+                    opposites[c] = d;
+                    opposites[d] = c;
                 }
                 _ => return Err(TopologyError::EdgeNotManifold(ends.0, ends.1)),
             }
@@ -84,12 +94,20 @@ impl CornerTable {
     }
 
     /// Completes a table whose V and O are consistent: finds one corner for each vertex.
-    pub(crate) fn from_parts(vertex_count: usize, vertices: Vec<Vertex>, opposites: Vec<Corner>) -> Self {
-        let live = (vertices.len() / 3) as u32;
-        let sides = vertices.into_iter().zip(opposites).map(|(vertex, opposite)| Side { vertex, opposite });
-        let mut table = Self { sides: sides.collect(), corners: vec![Corner::NONE; vertex_count], live };
-        for c in 0..table.sides.len() as u32 {
-            table.renew_corner(Corner(c));
+    pub(crate) fn from_parts(
+        vertex_count: usize,
+        vertices: CornerMap<Vertex>,
+        opposites: CornerMap<Corner>,
+    ) -> Self {
+        let records = vertices.0.into_iter().zip(opposites.0).map(|([a, b, c], [x, y, z])| Record {
+            vertices: [a, b, c, Vertex::NONE],
+            opposites: [x, y, z, Corner::NONE],
+        });
+        let records: Vec<_> = records.collect();
+        let live = records.len() as u32;
+        let mut table = Self { records, corners: vec![Corner::NONE; vertex_count], live };
+        for t in (0..live).map(Triangle) {
+            table.renew_corners(t);
         }
         table
     }
@@ -101,14 +119,13 @@ impl CornerTable {
 
     /// Number of edges.
     pub fn edge_count(&self) -> usize {
-        let open = self.sides.iter().filter(|side| side.opposite.is_none()).count();
-        let removed = self.slots() - self.triangle_count();
-        (3 * self.triangle_count() + open - 3 * removed) / 2
+        let open = |t: Triangle| t.corners().into_iter().filter(|&c| self.opposite(c).is_none()).count();
+        (3 * self.triangle_count() + self.triangles().map(open).sum::<usize>()) / 2
     }
 
     /// Number of places for triangles, removed ones included: triangle indices are below it.
     pub fn slots(&self) -> usize {
-        self.sides.len() / 3
+        self.records.len()
     }
 
     /// Number of vertex indices, unused ones included.
@@ -119,25 +136,27 @@ impl CornerTable {
     /// V: the vertex of a corner.
     #[inline]
     pub fn vertex(&self, c: Corner) -> Vertex {
-        self.sides[c.index()].vertex
+        self.records[c.triangle().index()].vertices[c.place()]
     }
 
     /// O: the corner that faces `c` across its edge, or `NONE` at the boundary.
     #[inline]
     pub fn opposite(&self, c: Corner) -> Corner {
-        self.sides[c.index()].opposite
+        self.records[c.triangle().index()].opposites[c.place()]
     }
 
     /// The vertices of a triangle, that of corner `c` first, counter-clockwise.
     #[inline]
     pub fn vertices_from(&self, c: Corner) -> [Vertex; 3] {
-        [c, c.next(), c.prev()].map(|c| self.vertex(c))
+        let vertices = &self.records[c.triangle().index()].vertices;
+        [c, c.next(), c.prev()].map(|c| vertices[c.place()])
     }
 
     /// O of the corners of a triangle, that of `c` first, counter-clockwise.
     #[inline]
     pub fn opposites_from(&self, c: Corner) -> [Corner; 3] {
-        [c, c.next(), c.prev()].map(|c| self.opposite(c))
+        let opposites = &self.records[c.triangle().index()].opposites;
+        [c, c.next(), c.prev()].map(|c| opposites[c.place()])
     }
 
     /// One corner at `v`: at a boundary vertex the one whose triangle has the outgoing boundary edge;
@@ -167,7 +186,8 @@ impl CornerTable {
     /// The edge opposite to `c` as its triangle runs along it: from `v(next c)` to `v(prev c)`.
     #[inline]
     pub fn edge(&self, c: Corner) -> (Vertex, Vertex) {
-        (self.vertex(c.next()), self.vertex(c.prev()))
+        let [_, a, b] = self.vertices_from(c);
+        (a, b)
     }
 
     /// The next corner at the same vertex, counter-clockwise; `NONE` past the boundary.
@@ -267,28 +287,32 @@ impl CornerTable {
     /// Sets V of a corner.
     #[inline]
     pub(crate) fn set_vertex(&mut self, c: Corner, v: Vertex) {
-        self.sides[c.index()].vertex = v;
+        self.records[c.triangle().index()].vertices[c.place()] = v;
     }
 
     /// Makes the edge opposite to a corner a boundary edge.
     #[inline]
     pub(crate) fn open(&mut self, c: Corner) {
-        self.sides[c.index()].opposite = Corner::NONE;
+        self.set_opposite(c, Corner::NONE);
+    }
+
+    fn set_opposite(&mut self, c: Corner, o: Corner) {
+        self.records[c.triangle().index()].opposites[c.place()] = o;
     }
 
     /// Triangles that there is room for.
     pub(crate) fn capacity(&self) -> usize {
-        self.sides.capacity() / 3
+        self.records.capacity()
     }
 
     /// Joins two corners across an edge; either may be `NONE`.
     #[inline]
     pub(crate) fn join(&mut self, c: Corner, d: Corner) {
         if c.is_some() {
-            self.sides[c.index()].opposite = d;
+            self.set_opposite(c, d);
         }
         if d.is_some() {
-            self.sides[d.index()].opposite = c;
+            self.set_opposite(d, c);
         }
     }
 
@@ -297,9 +321,17 @@ impl CornerTable {
     pub(crate) fn renew_corner(&mut self, c: Corner) {
         let v = self.vertex(c);
         let old = self.corners[v.index()];
-        let stale = self.sides.get(old.index()).is_none_or(|side| side.vertex != v);
+        let there = self.records.get(old.triangle().index());
+        let stale = there.is_none_or(|record| record.vertices[old.place()] != v);
         let renew = stale | self.opposite(c.prev()).is_none();
         self.corners[v.index()] = if renew { c } else { old };
+    }
+
+    /// A vertex moves from one corner to another: if it was its corner, so is the other.
+    #[inline]
+    pub(crate) fn replace_corner(&mut self, v: Vertex, from: Corner, to: Corner) {
+        let corner = &mut self.corners[v.index()];
+        *corner = if *corner == from { to } else { *corner };
     }
 
     /// Re-establishes the corners of the vertices of a rewritten triangle.
@@ -312,35 +344,33 @@ impl CornerTable {
     /// Appends a triangle without neighbours.
     pub(crate) fn push_triangle(&mut self, vertices: [Vertex; 3]) -> Triangle {
         let t = Triangle(self.slots() as u32);
-        self.sides.extend_from_slice(&vertices.map(|vertex| Side { vertex, opposite: Corner::NONE }));
+        let [a, b, c] = vertices;
+        self.records.push(Record { vertices: [a, b, c, Vertex::NONE], ..Record::EMPTY });
         self.live += 1;
         t
     }
 
     /// Marks a triangle as removed; removed triangles at the end give up their place.
     pub(crate) fn remove_triangle(&mut self, t: Triangle) {
-        for c in t.corners() {
-            self.sides[c.index()] = Side { vertex: Vertex::NONE, opposite: Corner::NONE };
-        }
+        self.records[t.index()] = Record::EMPTY;
         self.live -= 1;
-        while self.sides.last().is_some_and(|side| side.vertex.is_none()) {
-            self.sides.truncate(self.sides.len() - 3);
+        while self.records.last().is_some_and(|record| !record.is_live()) {
+            self.records.pop();
         }
     }
 
     /// The same mesh without the places of removed triangles; vertices keep their numbers.
     pub fn compacted(&self) -> Self {
-        let mut place = vec![Corner::NONE; self.slots()];
-        for (k, t) in self.triangles().enumerate() {
-            place[t.index()] = Corner(3 * k as u32);
+        let mut places = vec![Triangle::NONE; self.slots()];
+        for (k, t) in (0..).zip(self.triangles()) {
+            places[t.index()] = Triangle(k);
         }
         let moved = |c: Corner| {
-            if c.is_none() { Corner::NONE } else { Corner(place[c.triangle().index()].0 + c.0 % 3) }
+            if c.is_none() { c } else { places[c.triangle().index()].corner(c.place() as u32) }
         };
-        let corners = || self.triangles().flat_map(|t| t.corners());
-        let vertices = corners().map(|c| self.vertex(c)).collect();
-        let opposites = corners().map(|c| moved(self.opposite(c))).collect();
-        Self::from_parts(self.corners.len(), vertices, opposites)
+        let vertices = self.triangles().map(|t| self.triangle(t)).collect();
+        let opposites = self.triangles().map(|t| t.corners().map(|c| moved(self.opposite(c)))).collect();
+        Self::from_parts(self.corners.len(), CornerMap(vertices), CornerMap(opposites))
     }
 
     /// Forgets the numbers of unused vertices from `count` on.
@@ -351,7 +381,7 @@ impl CornerTable {
     /// Makes room for so many more vertices and triangles.
     pub(crate) fn reserve(&mut self, vertices: usize, triangles: usize) {
         self.corners.reserve_exact(vertices);
-        self.sides.reserve_exact(3 * triangles);
+        self.records.reserve_exact(triangles);
     }
 
     /// Gives `v` its corner.
@@ -373,7 +403,7 @@ impl CornerTable {
     /// # Errors
     /// The first [`TopologyError`] found.
     pub fn check(&self) -> Result<(), TopologyError> {
-        let live = |c: Corner| self.sides.get(c.index()).is_some_and(|side| side.vertex.is_some());
+        let live = |c: Corner| self.records.get(c.triangle().index()).is_some_and(Record::is_live);
         let mut fan_sizes = vec![0u32; self.corners.len()];
         for t in self.triangles() {
             let [a, b, c] = self.triangle(t);
@@ -425,13 +455,14 @@ impl CornerTable {
 }
 
 /// All edges as (smaller end, larger end) in one key, with the corner opposite; sorted.
-pub(super) fn sorted_edges(vertices: &[Vertex]) -> Vec<(u64, Corner)> {
+pub(super) fn sorted_edges(vertices: &CornerMap<Vertex>) -> Vec<(u64, Corner)> {
     let key = |c: Corner| {
-        let (a, b) = (vertices[c.next().index()].0, vertices[c.prev().index()].0);
+        let (a, b) = (vertices[c.next()].0, vertices[c.prev()].0);
         u64::from(a.min(b)) << 32 | u64::from(a.max(b))
     };
-    let mut edges: Vec<_> = (0..vertices.len() as u32).map(Corner).map(|c| (key(c), c)).collect();
-    let vertices = vertices.iter().map(|v| v.index() + 1).max().unwrap_or(0);
+    let mut edges = Vec::with_capacity(3 * vertices.0.len());
+    edges.extend(vertices.corners().map(|c| (key(c), c)));
+    let vertices = vertices.0.iter().flatten().map(|v| v.index() + 1).max().unwrap_or(0);
     buckets::sort(&mut edges, vertices, |&(key, _)| (key >> 32) as usize);
     edges
 }

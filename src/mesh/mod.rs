@@ -13,6 +13,6 @@ pub mod shapes;
 pub mod topology;
 
 pub use corner_table::CornerTable;
-pub use index::{Corner, Triangle, Vertex};
+pub use index::{Corner, CornerMap, Triangle, Vertex};
 pub use indexed::{CornerAttribute, IndexedMesh};
 pub use lattice::Lattice;

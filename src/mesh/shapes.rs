@@ -215,13 +215,14 @@ const JITTER_SEED: u64 = 1;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::{Corner, CornerTable};
+    use crate::mesh::CornerTable;
 
     /// Checks the table, then returns vertices, triangles, boundary edges and the Euler characteristic.
     fn figures(mesh: &IndexedMesh) -> (usize, usize, usize, i64) {
         let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let (v, f) = (mesh.positions.len(), mesh.triangles.len());
-        let boundary = (0..3 * f as u32).filter(|&c| table.opposite(Corner(c)).is_none()).count();
+        let boundary =
+            table.triangles().flat_map(|t| t.corners()).filter(|&c| table.opposite(c).is_none()).count();
         (v, f, boundary, v as i64 - (3 * f + boundary) as i64 / 2 + f as i64)
     }
 

@@ -23,19 +23,23 @@ impl ProgressiveMesh {
         self.positions[v.index()] = position;
     }
 
-    /// Makes room for a finer level of so many vertices and triangles, though not for more than twice as many as there are:
-    /// numbers that only a header claims take no memory.
-    pub fn reserve(&mut self, vertices: usize, triangles: usize) {
+    /// Makes room for a finer level of `next` vertices and triangles. If there is too little, all that is there has to be copied: so
+    /// there is made room for the `last` level, if it is but four times as large, or else for twice as much as there is. Numbers that
+    /// only a header claims take no memory.
+    pub fn reserve(&mut self, next: [usize; 2], last: [usize; 2]) {
         let (v, t) = (self.positions.len(), self.table.slots());
-        let (more_vertices, more_triangles) =
-            (vertices.saturating_sub(v).min(v), triangles.saturating_sub(t).min(t));
-        self.positions.reserve_exact(more_vertices);
-        self.table.reserve(more_vertices, more_triangles);
-        self.roots.reserve(more_vertices);
+        if next[0] > self.positions.capacity() || next[1] > self.table.capacity() {
+            let more =
+                |have: usize, last: usize| if last / 4 <= have { last.saturating_sub(have) } else { have };
+            let (vertices, triangles) = (more(v, last[0]), more(t, last[1]));
+            self.positions.reserve_exact(vertices);
+            self.table.reserve(vertices, triangles);
+            self.roots.reserve(vertices);
+        }
     }
 
-    /// Bytes a vertex and its two triangles take here: 2 × 3 × (V + O), the corner, the component, the position.
-    pub const BYTES_A_VERTEX: usize = 2 * 3 * 8 + 4 + 4 + 12;
+    /// Bytes a vertex and its two triangles take here: two records of the corner table, the corner, the component, the position.
+    pub const BYTES_A_VERTEX: usize = 2 * 32 + 4 + 4 + 12;
 }
 
 /// The full-scale coordinate of the middle of cell `x` of side 2^`s`.

@@ -8,13 +8,16 @@ use crate::mesh::{Corner, CornerTable, Vertex};
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Roots {
     edges: Vec<(Vertex, Vertex)>,
-    /// The component of each vertex; `u32::MAX` for unused ones.
+    /// The component of each vertex, `u32::MAX` for unused ones; empty where there is but one.
     component: Vec<u32>,
 }
 
 impl Roots {
     /// Starts from root edges; the component of every vertex is found through the table.
     pub fn new(table: &CornerTable, edges: Vec<(Vertex, Vertex)>) -> Self {
+        if edges.len() == 1 {
+            return Self { edges, component: Vec::new() };
+        }
         let mut component = vec![u32::MAX; table.vertex_slots()];
         for (number, &(u, _)) in edges.iter().enumerate() {
             flood(table, &mut component, u, number as u32);
@@ -33,6 +36,9 @@ impl Roots {
             }
             flood(table, &mut component, u, edges.len() as u32);
             edges.push((u, w));
+        }
+        if edges.len() == 1 {
+            component = Vec::new();
         }
         Self { edges, component }
     }
@@ -56,11 +62,12 @@ impl Roots {
         neighbour: Vertex,
         destroyed: impl IntoIterator<Item = (Vertex, Vertex)>,
     ) {
-        if v.index() >= self.component.len() {
-            self.component.resize(v.index() + 1, u32::MAX);
+        let mut number = 0;
+        if self.edges.len() > 1 {
+            number = self.component[neighbour.index()];
+            self.component.resize(self.component.len().max(v.index() + 1), u32::MAX);
+            self.component[v.index()] = number;
         }
-        let number = self.component[neighbour.index()];
-        self.component[v.index()] = number;
         let Some(&(u, w)) = self.edges.get(number as usize) else { return };
         if destroyed.into_iter().any(|(p, q)| (p, q) == (u, w) || (q, p) == (u, w)) {
             let uv = table.find_directed_edge(u, v);
@@ -70,7 +77,9 @@ impl Roots {
 
     /// Makes room for so many more vertices.
     pub(super) fn reserve(&mut self, vertices: usize) {
-        self.component.reserve_exact(vertices);
+        if self.edges.len() > 1 {
+            self.component.reserve_exact(vertices);
+        }
     }
 
     /// Puts root edges back, as they were before some operations were undone or carried out again.

@@ -13,7 +13,7 @@ use crate::mesh::{Corner, CornerTable, Vertex};
 #[inline]
 pub fn flip(table: &mut CornerTable, c: Corner) -> Corner {
     let o = table.opposite(c);
-    let (v, r) = (table.vertex(c), table.vertex(o));
+    let ([v, p, q], r) = (table.vertices_from(c), table.vertex(o));
     let (beyond_pr, beyond_qv) = (table.opposite(o.next()), table.opposite(c.next()));
     table.set_vertex(c.prev(), r);
     table.set_vertex(o.prev(), v);
@@ -21,8 +21,8 @@ pub fn flip(table: &mut CornerTable, c: Corner) -> Corner {
     table.join(o, beyond_qv);
     table.join(c.next(), o.next());
     // v and r keep their corners; p is now in the triangle of c alone, q in that of o.
-    table.renew_corner(c.next());
-    table.renew_corner(o.next());
+    table.replace_corner(p, o.prev(), c.next());
+    table.replace_corner(q, c.prev(), o.next());
     o.prev()
 }
 
@@ -74,7 +74,7 @@ fn split_side(table: &mut CornerTable, k: Corner, v: Vertex) -> [Corner; 3] {
     table.join(at_v, beyond);
     table.join(at_b, k.next());
     // a and c keep their corners; b is now in the new triangle.
-    table.renew_corner(at_b);
+    table.replace_corner(b, k.prev(), at_b);
     [at_v, k.prev(), facing_b]
 }
 

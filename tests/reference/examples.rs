@@ -96,9 +96,9 @@ fn the_square() {
     assert_eq!(
         pass.questions(&points),
         [
-            "split A→B? [1][1][16] 0 1.125",
-            "split B→C? [1][1][16] 0 1.125",
-            "split C→A? [0][4][21] 1 2.56",
+            "split A→B? [1][1][8] 0 0.8333333",
+            "split B→C? [1][1][8] 0 0.8333333",
+            "split C→A? [0][4][12] 1 1.5",
             "attach A→B? 1",
         ]
     );
@@ -141,7 +141,7 @@ fn the_square_from_a_coarser_lattice() {
 #[test]
 fn the_octahedron() {
     let base = [0, 0x5B, 0xFA, 0xAE, 0x2D, 0x66, 0x71, 0xE6, 0xED, 0x55, 0x67, 0xFC, 0x93, 0xC6, 0x2C];
-    let code = [0xC4, 0xA6, 0x51, 0x8C, 0xCC, 0x30, 0x80];
+    let code = [0xC4, 0xA5, 0xE7, 0xA9, 0x51, 0x9B];
     let pass = Pass::of(&base, [6, 8], atom(REFINEMENT, 0, 3, 6, &code));
     let points = [
         ('A', [20, 10, 9]),
@@ -157,16 +157,16 @@ fn the_octahedron() {
     assert_eq!(
         pass.questions(&points),
         [
-            "split A→B? [0][0][20] 1 2.185327",
+            "split A→B? [0][0][10] 1 1.1312102",
             "flip B→E, r = C? [3][11] 1 0.87817794 0.70417464",
             "flip E→A, r = D? [2][11] 0 0.74577713 0.8267751",
             "flip A→F, r = D? [3][12] 0 1.1938424 0.6627084",
             "flip C→E, r = D? [4][13] 0 2.2336366 -0.027086161",
-            "split E→D? [0][2][18] 0 1.5060661",
-            "split D→A? [0][2][18] 0 1.7149851",
-            "split D→F? [0][1][17] 0 1.4965557",
-            "split F→C? [0][2][18] 0 1.7114146",
-            "split C→D? [0][1][20] 1 2.1160228",
+            "split E→D? [0][2][9] 0 0.94051784",
+            "split D→A? [0][2][10] 0 1.0833334",
+            "split D→F? [0][1][9] 0 0.9316186",
+            "split F→C? [0][2][9] 0 0.9206511",
+            "split C→D? [0][1][10] 1 1.0823402",
             "flip D→E, r = A? [1][12] 0 1.2692795 0.9682525",
             "flip C→F, r = B? [3][13] 0 2.1634614 0.10644485",
             "flip F→D, r = A? [3][13] 0 2.1103792 0.12366617",

@@ -9,14 +9,13 @@ use super::contexts;
 use super::coordinates::{self, Reader};
 use super::entropy::{Model, Tap};
 use super::position::{self, Frame};
-use super::survey::Survey;
 use super::trace::Step;
 use super::vector::{Vector, dot, larger};
 use super::walk::{Edge, Mesh, Walk};
 
 /// The models of a segment (§5.2).
 pub struct Models {
-    split: [[[Model; 28]; 5]; 2],
+    split: [[[Model; 20]; 5]; 2],
     flip: [[Model; 16]; 5],
     face: Model,
     attach: Model,
@@ -28,7 +27,7 @@ pub struct Models {
 impl Models {
     pub fn fresh() -> Self {
         Self {
-            split: [[[Model::FRESH; 28]; 5]; 2],
+            split: [[[Model::FRESH; 20]; 5]; 2],
             flip: [[Model::FRESH; 16]; 5],
             face: Model::FRESH,
             attach: Model::FRESH,
@@ -91,17 +90,15 @@ pub fn trace_pass(
     tap: Option<&RefCell<Tap>>,
 ) -> (Vec<Step>, Result<()>) {
     let walk = Walk::of(mesh);
-    let survey = Survey::of(mesh, &walk, |v| mesh.points[v].map(|x| x >> shift));
     let old = mesh.points.len();
     let codes = Codes::of(atoms, tap);
-    let mut pass = Pass { mesh, survey, codes, models, shift, bits, old, trace: Vec::new() };
+    let mut pass = Pass { mesh, codes, models, shift, bits, old, trace: Vec::new() };
     let result = pass.run(walk);
     (pass.trace, result)
 }
 
 struct Pass<'a> {
     mesh: &'a mut Mesh,
-    survey: Survey,
     codes: Codes<'a>,
     models: &'a mut Models,
     shift: u32,
@@ -134,7 +131,7 @@ impl<'a> Pass<'a> {
         {
             return Ok(());
         }
-        let context = contexts::split(self.mesh, &self.survey, k, |v| self.cell(v), |c| self.is_starred(c));
+        let context = contexts::split(self.mesh, k, |v| self.cell(v), |c| self.is_starred(c));
         let model = &mut self.models.split[context.kind][context.closed][context.class];
         let yes = self.codes.code.read(model)?;
         self.trace.push(Step::Split(k, context, yes));

@@ -1,12 +1,12 @@
 //! Caps: each boundary loop closed by a fan of triangles round a vertex of its own (spec §7.1.1).
 
-use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 
 /// Closes all boundary loops. Returns the number of loops; their vertices take the numbers from `table.vertex_slots()` on.
 pub fn close(table: &mut CornerTable) -> usize {
     let before = table.slots();
     let mut loops = 0;
-    for c in (0..before as u32 * 3).map(Corner) {
+    for c in (0..before as u32).flat_map(|t| Triangle(t).corners()) {
         if table.vertex(c).is_none() || table.opposite(c).is_some() {
             continue;
         }
@@ -22,11 +22,11 @@ pub fn close(table: &mut CornerTable) -> usize {
         // The triangle (b, a, tip) and the one of the next edge b→b', (b', b, tip), share b–tip.
         let count = edges.len() as u32;
         for k in 0..count {
-            let (this, next) = (first + k, first + (k + 1) % count);
-            table.join(Corner(this * 3 + 1), Corner(next * 3));
+            let (this, next) = (Triangle(first + k), Triangle(first + (k + 1) % count));
+            table.join(this.corner(1), next.corner(0));
         }
-        for t in first..first + count {
-            table.renew_corners(crate::mesh::Triangle(t));
+        for t in (first..first + count).map(Triangle) {
+            table.renew_corners(t);
         }
         loops += 1;
     }

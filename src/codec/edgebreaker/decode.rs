@@ -3,7 +3,7 @@
 use super::{Models, Symbol};
 use crate::entropy::{BitCoder, CodingError};
 use crate::limits::Budget;
-use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::mesh::{Corner, CornerMap, CornerTable, Triangle, Vertex};
 use crate::refine::Roots;
 use bitvec::vec::BitVec;
 
@@ -47,7 +47,7 @@ pub fn decode<C: BitCoder>(
     budget: &mut Budget,
 ) -> Result<Connectivity, ConnectivityError> {
     let total = triangles as usize + boundary as usize;
-    if total as u64 * 3 >= u64::from(u32::MAX) {
+    if total as u64 * 4 >= u64::from(u32::MAX) {
         return Err(ConnectivityError::Mesh(
             "more triangles and boundary edges than corners have numbers".into(),
         ));
@@ -77,20 +77,19 @@ pub fn decode<C: BitCoder>(
 const CHUNK: usize = 1 << 12;
 /// Per corner while building: opposite, next, previous and the count; when naming vertices: orbit, V and O; and a place a triangle.
 const BYTES_A_TRIANGLE: usize = 3 * (13 + 12) + 4;
-const FREE: u32 = u32::MAX;
 
 /// The surface so far, in reading order, bounded by loops of open edges. An edge is named by the corner opposite to it.
 #[derive(Debug, Default)]
 pub(super) struct Builder {
-    opposites: Vec<Corner>,
-    /// The loops: the open edges behind and before each; `FREE` at both for an edge that is not open.
-    next: Vec<u32>,
-    prev: Vec<u32>,
+    opposites: CornerMap<Corner>,
+    /// The loops: the open edges behind and before each; `NONE` at both for an edge that is not open.
+    next: CornerMap<Corner>,
+    prev: CornerMap<Corner>,
     /// Triangles round the start of each open edge, up to 255.
-    counts: Vec<u8>,
+    counts: CornerMap<u8>,
     open: usize,
     /// The edges that wait for a triangle; the last is the active one.
-    stack: Vec<u32>,
+    stack: Vec<Corner>,
     last: Option<Symbol>,
     /// The first triangles of components: the last ones read.
     starts: Vec<Corner>,
@@ -100,18 +99,18 @@ impl Builder {
     /// What the next symbol is read under; `None` where a component begins, with E.
     pub(super) fn context(&self) -> Option<(u8, Symbol)> {
         let &active = self.stack.last()?;
-        Some((self.counts[active as usize], self.last.unwrap_or(Symbol::E)))
+        Some((self.counts[active], self.last.unwrap_or(Symbol::E)))
     }
 
     /// Adds a triangle; `None` where it does not fit.
     pub(super) fn add(&mut self, symbol: Symbol, handle: Option<(u32, bool)>) -> Option<()> {
-        let t = self.opposites.len() as u32;
+        let t = self.opposites.0.len() as u32;
         // Edges of the new triangle: y→z, where it was entered, z→x on its right, x→y on its left.
-        let (gate, right, left) = (t, t + 1, t + 2);
-        self.opposites.extend([Corner::NONE; 3]);
-        self.next.extend([FREE; 3]);
-        self.prev.extend([FREE; 3]);
-        self.counts.extend([1; 3]);
+        let [gate, right, left] = Triangle(t).corners();
+        self.opposites.0.push([Corner::NONE; 3]);
+        self.next.0.push([Corner::NONE; 3]);
+        self.prev.0.push([Corner::NONE; 3]);
+        self.counts.0.push([1; 3]);
         self.last = Some(symbol);
         if symbol == Symbol::E {
             self.link(gate, right);
@@ -125,12 +124,12 @@ impl Builder {
         if !self.is_open(a) {
             return None;
         }
-        let (before, after) = (self.prev[a as usize], self.next[a as usize]);
+        let (before, after) = (self.prev[a], self.next[a]);
         match symbol {
             Symbol::R | Symbol::L => {
                 let (glued, first, second) =
                     if symbol == Symbol::R { (left, gate, right) } else { (right, left, gate) };
-                self.counts[first as usize] = self.counts[a as usize].saturating_add(1);
+                self.counts[first] = self.counts[a].saturating_add(1);
                 self.grow(after);
                 self.glue(a, glued);
                 self.link(before, first);
@@ -143,24 +142,24 @@ impl Builder {
                     (Symbol::C, _) => before,
                     (_, None) => self.stack.pop()?,
                     (_, Some((distance, is_left))) => {
-                        let by = (t / 3).checked_sub(distance).filter(|_| distance > 0)?;
-                        by * 3 + if is_left { 2 } else { 1 }
+                        let by = t.checked_sub(distance).filter(|_| distance > 0)?;
+                        Triangle(by).corner(if is_left { 2 } else { 1 })
                     }
                 };
                 // y and z must differ: the edge behind a must not be b.
                 if b == a || b == after || !self.is_open(b) {
                     return None;
                 }
-                let (before_b, after_b) = (self.prev[b as usize], self.next[b as usize]);
-                self.counts[gate as usize] = self.counts[b as usize].saturating_add(1);
+                let (before_b, after_b) = (self.prev[b], self.next[b]);
+                self.counts[gate] = self.counts[b].saturating_add(1);
                 self.grow(after);
                 if after_b != a {
                     // An edge alone would begin and end at one vertex.
                     if after_b == before {
                         return None;
                     }
-                    let joined = self.counts[a as usize].saturating_add(1);
-                    let count = &mut self.counts[after_b as usize];
+                    let joined = self.counts[a].saturating_add(1);
+                    let count = &mut self.counts[after_b];
                     *count = count.saturating_add(joined);
                     self.link(before, after_b);
                 }
@@ -172,39 +171,39 @@ impl Builder {
             }
             Symbol::E => unreachable!("handled above"),
         }
-        let over = self.next[gate as usize];
-        if self.next[over as usize] == gate {
+        let over = self.next[gate];
+        if self.next[over] == gate {
             // Two open edges with the same ends: the root edge, and the component is complete.
             self.glue(gate, over);
             self.open -= 2;
-            self.starts.push(Corner(gate));
+            self.starts.push(gate);
             return (self.open == 0 && self.stack.is_empty()).then_some(());
         }
         self.stack.push(gate);
         Some(())
     }
 
-    fn is_open(&self, edge: u32) -> bool {
-        self.next.get(edge as usize).is_some_and(|&next| next != FREE)
+    fn is_open(&self, edge: Corner) -> bool {
+        self.next[edge].is_some()
     }
 
-    fn link(&mut self, a: u32, b: u32) {
-        self.next[a as usize] = b;
-        self.prev[b as usize] = a;
+    fn link(&mut self, a: Corner, b: Corner) {
+        self.next[a] = b;
+        self.prev[b] = a;
     }
 
-    fn grow(&mut self, edge: u32) {
-        let count = &mut self.counts[edge as usize];
+    fn grow(&mut self, edge: Corner) {
+        let count = &mut self.counts[edge];
         *count = count.saturating_add(1);
     }
 
     /// Makes two edges one; neither is open afterwards.
-    fn glue(&mut self, a: u32, b: u32) {
-        self.opposites[a as usize] = Corner(b);
-        self.opposites[b as usize] = Corner(a);
+    fn glue(&mut self, a: Corner, b: Corner) {
+        self.opposites[a] = b;
+        self.opposites[b] = a;
         for e in [a, b] {
-            self.next[e as usize] = FREE;
-            self.prev[e as usize] = FREE;
+            self.next[e] = Corner::NONE;
+            self.prev[e] = Corner::NONE;
         }
     }
 
@@ -220,38 +219,38 @@ impl Builder {
         }
         let Self { opposites, starts, next, prev, counts, .. } = self;
         drop((next, prev, counts)); // Their memory is needed.
-        let triangles = opposites.len() / 3;
+        let triangles = opposites.0.len();
         let mut is_first: BitVec = BitVec::repeat(false, triangles);
         for start in &starts {
             is_first.set(start.triangle().index(), true);
         }
         // The writer's order is the reader's backwards.
-        let mut orbit = vec![Vertex::NONE; opposites.len()];
+        let mut orbit = CornerMap::new(Vertex::NONE, triangles);
         let mut caps = Vec::new();
-        for c in (0..triangles as u32).rev().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).map(Corner) {
-            if orbit[c.index()].is_some() {
+        for c in (0..triangles as u32).rev().flat_map(|t| Triangle(t).corners()) {
+            if orbit[c].is_some() {
                 continue;
             }
             let v = Vertex(caps.len() as u32);
             let (mut at, mut valence, mut settled) = (c, 0, boundary == 0);
-            while orbit[at.index()].is_none() {
-                orbit[at.index()] = v;
+            while orbit[at].is_none() {
+                orbit[at] = v;
                 valence += 1;
                 settled |= is_first[at.triangle().index()];
                 settled |= [at.next(), at.prev()].iter().any(|c| {
-                    let w = orbit[c.index()];
+                    let w = orbit[*c];
                     w.is_some() && w != v && caps[w.index()]
                 });
-                at = opposites[at.next().index()].next();
+                at = opposites[at.next()].next();
             }
             caps.push(!settled && models.is_cap(coder, valence, false));
             coder.check()?;
         }
-        let is_cap = |t: usize| (0..3).any(|k| caps[orbit[3 * t + k].index()]);
-        let mut place = vec![Corner::NONE; triangles];
+        let is_cap = |t: usize| orbit.0[t].iter().any(|v| caps[v.index()]);
+        let mut place = vec![Triangle::NONE; triangles];
         let mut kept = 0;
         for t in (0..triangles).rev().filter(|&t| !is_cap(t)) {
-            place[t] = Corner(kept * 3);
+            place[t] = Triangle(kept);
             kept += 1;
         }
         if triangles - kept as usize != boundary as usize {
@@ -261,32 +260,32 @@ impl Builder {
             )));
         }
         let moved = |c: Corner| {
-            let base = place[c.triangle().index()];
-            if base.is_none() { Corner::NONE } else { Corner(base.0 + c.0 % 3) }
+            let place = place[c.triangle().index()];
+            if place.is_none() { Corner::NONE } else { place.corner(c.place() as u32) }
         };
         let mut names = vec![Vertex::NONE; caps.len()];
         let mut named = 0;
-        let (mut v, mut o) = (Vec::with_capacity(kept as usize * 3), Vec::with_capacity(kept as usize * 3));
+        let (mut v, mut o) = (Vec::with_capacity(kept as usize), Vec::with_capacity(kept as usize));
         for t in (0..triangles).rev().filter(|&t| place[t].is_some()) {
-            for k in 3 * t..3 * t + 3 {
-                let name = &mut names[orbit[k].index()];
+            v.push(orbit.0[t].map(|v| {
+                let name = &mut names[v.index()];
                 if name.is_none() {
                     *name = Vertex(named);
                     named += 1;
                 }
-                v.push(*name);
-                o.push(moved(opposites[k]));
-            }
+                *name
+            }));
+            o.push(opposites.0[t].map(moved));
         }
         // Caps that touch each other, or a cap that is no disc, would leave other boundary edges than these, and perhaps pieces
         // that no root edge leads to.
-        let open = o.iter().filter(|o| o.is_none()).count();
+        let open = o.iter().flatten().filter(|o| o.is_none()).count();
         if open != boundary as usize {
             return Err(ConnectivityError::Mesh(format!(
                 "caps leave {open} boundary edges instead of {boundary}"
             )));
         }
-        let table = CornerTable::from_parts(named as usize, v, o);
+        let table = CornerTable::from_parts(named as usize, CornerMap(v), CornerMap(o));
         table.check().map_err(|e| ConnectivityError::Mesh(e.to_string()))?;
         let mut edges = Vec::with_capacity(starts.len());
         for &start in starts.iter().rev() {

@@ -54,7 +54,7 @@ fn components(table: &CornerTable) -> usize {
 
 /// Loops and edges of the boundary.
 fn boundary(table: &CornerTable) -> (usize, usize) {
-    let mut seen: BitVec = BitVec::repeat(false, 3 * table.slots());
+    let mut seen: BitVec = BitVec::repeat(false, 4 * table.slots());
     let (mut loops, mut edges) = (0, 0);
     for mut c in table.triangles().flat_map(|t| t.corners()).filter(|&c| table.opposite(c).is_none()) {
         loops += usize::from(!seen[c.index()]);

@@ -16,13 +16,13 @@ pub enum VertexClass {
     Corner,
 }
 
-/// The class of every vertex. `seams` has a bit a corner, set at one or both sides of a seam for the edge opposite;
+/// The class of every vertex. `seams` has a bit a corner number, four a triangle, set at one or both sides of a seam for the edge opposite;
 /// empty, it means no seams. Unused vertices are interior.
 ///
 /// # Panics
-/// Where `seams` is neither empty nor of one bit a corner.
+/// Where `seams` is neither empty nor of four bits a triangle.
 pub fn classify(table: &CornerTable, seams: &BitSlice) -> Vec<VertexClass> {
-    assert!(seams.is_empty() || seams.len() == 3 * table.slots(), "one bit a corner");
+    assert!(seams.is_empty() || seams.len() == 4 * table.slots(), "one bit a corner number");
     let is_seam = |c: Corner| !seams.is_empty() && seams[c.index()];
     let mut features = vec![0u8; table.vertex_slots()];
     for c in table.triangles().flat_map(|t| t.corners()) {
@@ -69,7 +69,7 @@ mod tests {
         let centre = Vertex(0);
         let spokes: Vec<Corner> = table.fan(centre).map(|c| c.prev()).collect();
         let class = |seams: &[Corner]| {
-            let mut bits: BitVec = BitVec::repeat(false, 3 * table.slots());
+            let mut bits: BitVec = BitVec::repeat(false, 4 * table.slots());
             seams.iter().for_each(|c| bits.set(c.index(), true));
             classify(&table, &bits)[0]
         };
@@ -85,7 +85,7 @@ mod tests {
     fn an_end_of_a_seam_at_the_boundary_is_a_corner() {
         let table = table(&shapes::grid(2, 1));
         let seam = table.find_edge(Vertex(1), Vertex(4));
-        let mut seams: BitVec = BitVec::repeat(false, 3 * table.slots());
+        let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
         seams.set(seam.index(), true);
         let corners = [Curve, VertexClass::Corner, Curve, Curve, VertexClass::Corner, Curve];
         assert_eq!(classify(&table, &seams), corners);

@@ -3,31 +3,32 @@
 use bitvec::vec::BitVec;
 
 use crate::mesh::corner_table::sorted_edges;
-use crate::mesh::index::{Corner, Triangle, Vertex};
+use crate::mesh::index::{Corner, CornerMap, Triangle, Vertex};
 
 /// Triangles joined across edges: a corner table to be, in which the triangles at a vertex may form several fans.
 pub(super) struct Complex {
     /// V: the vertex of a corner, as welded.
-    pub vertices: Vec<Vertex>,
+    pub vertices: CornerMap<Vertex>,
     /// O: the corner across the edge, or `NONE` at the boundary and at cut edges.
-    pub opposites: Vec<Corner>,
-    /// Corners whose opposite edge is cut.
+    pub opposites: CornerMap<Corner>,
+    /// Corners whose opposite edge is cut, by number.
     pub cut: BitVec,
 }
 
 impl Complex {
     /// Joins the triangles that are alone with each other at an edge, whatever their orientation. Cuts the edges with more
     /// triangles and returns their number.
-    pub fn pair(vertices: Vec<Vertex>) -> (Self, usize) {
-        let mut opposites = vec![Corner::NONE; vertices.len()];
-        let mut cut = BitVec::repeat(false, vertices.len());
+    pub fn pair(vertices: CornerMap<Vertex>) -> (Self, usize) {
+        let triangles = vertices.0.len();
+        let mut opposites = CornerMap::new(Corner::NONE, triangles);
+        let mut cut = BitVec::repeat(false, Triangle(triangles as u32).corner(0).index());
         let mut cut_edges = 0;
         for edge in sorted_edges(&vertices).chunk_by(|x, y| x.0 == y.0) {
             match *edge {
                 [_] => {}
                 [(_, c), (_, d)] => {
-                    opposites[c.index()] = d;
-                    opposites[d.index()] = c;
+                    opposites[c] = d;
+                    opposites[d] = c;
                 }
                 _ => {
                     cut_edges += 1;
@@ -43,7 +44,7 @@ impl Complex {
     /// Turns neighbours the same way round, of each component as few triangles as it takes, in case of a tie not
     /// the first. Cuts the edges where that is impossible. Returns the turned triangles and the number of edges cut.
     pub fn orient(&mut self) -> (BitVec, usize) {
-        let triangles = self.vertices.len() / 3;
+        let triangles = self.vertices.0.len();
         let mut seen: BitVec = BitVec::repeat(false, triangles);
         let mut flipped: BitVec = BitVec::repeat(false, triangles);
         let mut component = Vec::new();
@@ -57,7 +58,7 @@ impl Complex {
             let mut at = 0;
             while let Some(&t) = component.get(at) {
                 at += 1;
-                for (c, d) in t.corners().map(|c| (c, self.opposites[c.index()])) {
+                for (c, d) in t.corners().map(|c| (c, self.opposites[c])) {
                     if d.is_none() {
                         continue;
                     }
@@ -86,23 +87,23 @@ impl Complex {
 
     /// Makes each fan a vertex of its own, in the order of their first corners; returns the vertex each one was.
     pub fn split_vertices(&mut self) -> Vec<Vertex> {
-        let mut fans = vec![Vertex::NONE; self.vertices.len()];
+        let mut fans = CornerMap::new(Vertex::NONE, self.vertices.0.len());
         let mut origins = Vec::new();
-        for first in (0..self.vertices.len() as u32).map(Corner) {
-            if fans[first.index()].is_some() {
+        for first in self.vertices.corners() {
+            if fans[first].is_some() {
                 continue;
             }
             let fan = Vertex(origins.len() as u32);
-            origins.push(self.vertices[first.index()]);
+            origins.push(self.vertices[first]);
             // Once round, or to the boundary one way and then the other way.
             let mut c = first;
-            while c.is_some() && fans[c.index()].is_none() {
-                fans[c.index()] = fan;
+            while c.is_some() && fans[c].is_none() {
+                fans[c] = fan;
                 c = self.across(c.next(), Corner::next);
             }
             let mut c = self.across(first.prev(), Corner::prev);
-            while c.is_some() && fans[c.index()].is_none() {
-                fans[c.index()] = fan;
+            while c.is_some() && fans[c].is_none() {
+                fans[c] = fan;
                 c = self.across(c.prev(), Corner::prev);
             }
         }
@@ -125,7 +126,7 @@ impl Complex {
             let (a, b) = self.edge(c);
             let d = outgoing[b.index()];
             if d.is_some() && self.edge(d).1 == a {
-                self.opposites[c.index()] = d;
+                self.opposites[c] = d;
             }
         }
     }
@@ -143,7 +144,7 @@ impl Complex {
 
     /// The edge opposite to `c` as its triangle runs along it.
     fn edge(&self, c: Corner) -> (Vertex, Vertex) {
-        (self.vertices[c.next().index()], self.vertices[c.prev().index()])
+        (self.vertices[c.next()], self.vertices[c.prev()])
     }
 
     /// Whether the triangles of two corners run along their common edge in the same direction.
@@ -153,30 +154,32 @@ impl Complex {
 
     fn cut_edge(&mut self, c: Corner, d: Corner) {
         for c in [c, d] {
-            self.opposites[c.index()] = Corner::NONE;
+            self.opposites[c] = Corner::NONE;
             self.cut.set(c.index(), true);
         }
     }
 
     /// Reverses triangles: their second and third corners change places.
     fn turn(&mut self, flipped: &BitVec) {
-        for c in self.opposites.iter_mut().filter(|c| c.is_some() && flipped[c.triangle().index()]) {
-            *c = match c.0 % 3 {
+        let turned = |c: &&mut Corner| c.is_some() && flipped[c.triangle().index()];
+        for c in self.opposites.0.iter_mut().flatten().filter(turned) {
+            *c = match c.place() {
                 0 => *c,
                 1 => c.next(),
                 _ => c.prev(),
             };
         }
         for t in flipped.iter_ones() {
-            self.vertices.swap(3 * t + 1, 3 * t + 2);
-            self.opposites.swap(3 * t + 1, 3 * t + 2);
-            self.cut.swap(3 * t + 1, 3 * t + 2);
+            let [_, second, third] = Triangle(t as u32).corners();
+            self.vertices.0[t].swap(1, 2);
+            self.opposites.0[t].swap(1, 2);
+            self.cut.swap(second.index(), third.index());
         }
     }
 
     /// From a corner across its edge and one `step` on, or `NONE`.
     fn across(&self, c: Corner, step: fn(Corner) -> Corner) -> Corner {
-        let o = self.opposites[c.index()];
+        let o = self.opposites[c];
         if o.is_some() { step(o) } else { Corner::NONE }
     }
 }

@@ -19,7 +19,7 @@ pub(crate) use weld::representatives;
 
 use self::complex::Complex;
 use super::corner_table::CornerTable;
-use super::index::Vertex;
+use super::index::{CornerMap, Vertex};
 use super::indexed::IndexedMesh;
 
 /// An oriented manifold, made from any triangles without losing one.
@@ -82,7 +82,7 @@ pub struct ConditioningReport {
 pub fn condition(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
     let same = weld::representatives(&mesh.positions, weld);
     let sorted_out = weld::set_aside(&mesh.triangles, &same);
-    let (mut complex, nonmanifold_edges) = Complex::pair(sorted_out.kept);
+    let (mut complex, nonmanifold_edges) = Complex::pair(CornerMap(sorted_out.kept));
     let (flipped, nonorientable_edges) = complex.orient();
     let origins = complex.split_vertices();
     let stitches = stitches(&origins, same.len());

@@ -40,7 +40,7 @@ pub(crate) fn representatives(positions: &[[f64; 3]], weld: Weld) -> Vec<u32> {
 /// The triangles, sorted out; all vertices are representatives.
 pub(super) struct SortedOut {
     /// Corners of the triangles with three different vertices, each set of vertices once; in the order of the input.
-    pub kept: Vec<Vertex>,
+    pub kept: Vec<[Vertex; 3]>,
     /// The other triangles, in the order of the input.
     pub residue: Vec<[u32; 3]>,
     /// How many of the residue have two corners on one vertex.
@@ -64,11 +64,11 @@ pub(super) fn set_aside(triangles: &[[u32; 3]], same: &[u32]) -> SortedOut {
     drop(sets);
 
     let kept_triangles = keep.count_ones();
-    let mut kept = Vec::with_capacity(3 * kept_triangles);
+    let mut kept = Vec::with_capacity(kept_triangles);
     let mut residue = Vec::with_capacity(triangles.len() - kept_triangles);
     for t in 0..triangles.len() {
         if keep[t] {
-            kept.extend(welded(t).map(Vertex));
+            kept.push(welded(t).map(Vertex));
         } else {
             residue.push(welded(t));
         }

@@ -4,6 +4,7 @@
 mod decode;
 mod encode;
 mod errors;
+mod measure;
 mod simplify;
 mod verify;
 

@@ -106,7 +106,7 @@ impl SurfaceDistance {
     }
 }
 
-/// Prepares two meshes, at the same time if there are threads for it.
+/// Prepares two meshes in one frame.
 fn surfaces(meshes: [&IndexedMesh; 2], frame: &Frame, threads: NonZeroUsize) -> [Surface; 2] {
     meshes.map(|mesh| Surface::new(mesh, frame, threads))
 }

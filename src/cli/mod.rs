@@ -10,6 +10,7 @@ mod failure;
 mod info;
 mod input;
 mod inputs;
+mod measure;
 mod memory;
 mod numbers;
 mod output;
@@ -37,6 +38,7 @@ enum Command {
     Decode(decode::Args),
     Info(info::Args),
     Verify(verify::Args),
+    Measure(measure::Args),
     Simplify(simplify::Args),
     View(view::Args),
     Demo(demo::Args),
@@ -50,6 +52,7 @@ pub fn run() -> ExitCode {
         Command::Decode(args) => decode::run(&args),
         Command::Info(args) => info::run(&args),
         Command::Verify(args) => verify::run(&args),
+        Command::Measure(args) => measure::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::View(args) => view::run(&args),
         Command::Demo(args) => demo::run(&args),
@@ -68,6 +71,7 @@ EXAMPLES
   unweld decode bunny.uwm -o - --faces 5000    a coarser mesh, as PLY on standard output
   unweld info bunny.uwm                        its levels, their bytes and errors
   unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
+  unweld measure bunny.ply small.ply           how far are they from each other?
   unweld view bunny.uwm -o bunny.png           a picture of it
 
 Exit codes: 0 all went well, 1 the data are at fault, 2 the arguments are.";

@@ -48,7 +48,15 @@ impl Uwm {
     /// # Errors
     /// Where header or table of contents are at fault, with the name.
     pub fn in_memory(bytes: Vec<u8>, name: &str) -> anyhow::Result<Self> {
-        Self::over(Box::new(Cursor::new(bytes)), name.to_owned(), DEFAULT_MEMORY)
+        Self::of_bytes(bytes, name, DEFAULT_MEMORY)
+    }
+
+    /// A file in memory; decoding it may take so many bytes of `memory` besides.
+    ///
+    /// # Errors
+    /// As [`Uwm::in_memory`].
+    pub fn of_bytes(bytes: Vec<u8>, name: &str, memory: u64) -> anyhow::Result<Self> {
+        Self::over(Box::new(Cursor::new(bytes)), name.to_owned(), memory)
     }
 
     /// Decoding it may take so many bytes of `memory`.

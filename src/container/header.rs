@@ -188,8 +188,9 @@ fn limit(value: u32, allowed: u32, at: u64, name: &str) -> Result<(), FormatErro
     Err(FormatError::new(at, "3.6", format!("{name} is {value}, allowed {allowed}")))
 }
 
-/// As in PNG: a high bit, a name, and line ends that a transfer as text would change.
-const MAGIC: [u8; 8] = *b"\x89UWM\r\n\x1A\n";
+/// What a `.uwm` file begins with (spec §3.2). As in PNG: a high bit, a name, and line ends that a transfer as text would
+/// change.
+pub const MAGIC: [u8; 8] = *b"\x89UWM\r\n\x1A\n";
 /// The format version that this module reads and writes.
 pub const VERSION: u16 = 1;
 

@@ -18,7 +18,7 @@ pub(crate) mod testing;
 mod write;
 
 pub use contents::{Atom, AtomKind, Contents, Level};
-pub use header::{Header, VERSION};
+pub use header::{Header, MAGIC, VERSION};
 pub use metadata::Metadata;
 pub use parse::{Parsed, Parser, parse_contents};
 pub use plan::{Part, Plan, Want, plan, plan_from_keyframe};

@@ -1,15 +1,17 @@
 //! How far one surface lies from another, by sampling, as Metro does it (Cignoni, Rocchini, Scopigno 1998).
 
+mod bounds;
+mod frame;
 mod point_triangle;
+mod sampling;
 mod search;
 
 pub use point_triangle::point_triangle_distance_squared;
-pub use search::TriangleSearch;
-
-use glam::DVec3;
 
 use super::indexed::IndexedMesh;
-use super::random::SplitMix64;
+use frame::Frame;
+use sampling::Surface;
+use std::num::NonZeroUsize;
 
 /// The one-sided distance of a surface from another, in the units of the positions.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -20,17 +22,38 @@ pub struct SurfaceDistance {
     pub rms: f64,
     /// The largest distance met, at a sample or at a vertex of the first surface.
     pub max: f64,
-    /// Points measured: samples and vertices.
-    pub samples: usize,
+    /// Points spread over the area of the first surface; 0 where it has no area.
+    pub samples: u64,
+    /// Vertices of the first surface: those that its triangles use.
+    pub vertices: u64,
+}
+
+/// How surfaces are sampled, and by how many threads.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sampling {
+    /// Points spread over a surface's area, 1,000,000 by default. Mean and root mean square have a standard error of
+    /// about 1 / sqrt(`samples`).
+    pub samples: u64,
+    /// Where in its triangle each point falls.
+    pub seed: u64,
+    /// Threads, as many as the machine has cores by default. The result does not depend on them.
+    pub threads: NonZeroUsize,
+}
+
+impl Default for Sampling {
+    fn default() -> Self {
+        let threads = std::thread::available_parallelism().unwrap_or(NonZeroUsize::MIN);
+        Self { samples: 1_000_000, seed: 0, threads }
+    }
 }
 
 /// Measures how far the points of `from` lie from the nearest points of `to`.
 ///
 /// `samples` points are spread evenly over the area of `from`: each triangle gets its share, rounded so that the
-/// errors cancel, and places its points at random. They give mean and root mean square, with a standard error of about
-/// 1 / sqrt(`samples`). The vertices of `from` count for the maximum alone; but where there is no sample, because
-/// none was asked for or all area is 0, mean and root mean square are those of the vertices.
-/// The same arguments give the same result everywhere. Positions are finite, with an extent of 1e-70 to 1e70.
+/// errors cancel, and places its points at random. They give mean and root mean square. The vertices of `from` count
+/// for the maximum alone; but where there is no sample, because none was asked for or all area is 0, mean and root mean
+/// square are those of the vertices. The same arguments give the same result everywhere. Positions are finite; a distance
+/// beyond the largest number is infinite.
 ///
 /// `None` where one of the meshes has no triangle.
 pub fn surface_distance(
@@ -39,108 +62,60 @@ pub fn surface_distance(
     samples: usize,
     seed: u64,
 ) -> Option<SurfaceDistance> {
-    if from.triangles.is_empty() || to.triangles.is_empty() {
-        return None;
-    }
-    let mut probe = Probe::new(TriangleSearch::new(to));
-    let over_area = measure_area(from, samples, seed, &mut probe);
-    let over_vertices = measure_vertices(from, &mut probe);
-    let average = if over_area.count > 0 { &over_area } else { &over_vertices };
-    Some(SurfaceDistance {
-        mean: average.sum / average.count as f64,
-        rms: (average.sum_of_squares / average.count as f64).sqrt(),
-        max: over_area.max.max(over_vertices.max),
-        samples: over_area.count + over_vertices.count,
-    })
+    let sampling = Sampling { samples: samples as u64, seed, ..Sampling::default() };
+    let frame = Frame::over(from, to)?;
+    let [from, to] = surfaces([from, to], &frame, sampling.threads);
+    Some(from.distance(&to, &sampling, &mut |_| {}).scaled(&frame))
 }
 
-/// Measures points spread over the triangles by area. The running share starts at random, so that no triangle is
-/// favoured by its place in the list.
-fn measure_area(from: &IndexedMesh, samples: usize, seed: u64, probe: &mut Probe) -> Tally {
-    let mut tally = Tally::default();
-    let total: f64 = (0..from.triangles.len()).map(|t| twice_area(corners(from, t))).sum();
-    if !(total > 0.0 && total.is_finite()) {
-        return tally;
-    }
-    let mut random = SplitMix64::new(seed);
-    let mut share = random.unit();
-    for t in 0..from.triangles.len() {
-        let [a, b, c] = corners(from, t);
-        share += twice_area([a, b, c]) / total * samples as f64;
-        while share >= 1.0 {
-            share -= 1.0;
-            let (u, v) = (random.unit(), random.unit());
-            let (u, v) = if u + v > 1.0 { (1.0 - u, 1.0 - v) } else { (u, v) };
-            tally.add(probe.distance(a + (b - a) * u + (c - a) * v));
+/// Measures two surfaces both ways, each as [`surface_distance`] does: `a` from `b`, then `b` from `a`. `progress` is
+/// told how many points of how many have been measured.
+///
+/// `None` where one of the meshes has no triangle.
+pub fn surface_distances(
+    a: &IndexedMesh,
+    b: &IndexedMesh,
+    sampling: &Sampling,
+    progress: &mut dyn FnMut(u64, u64),
+) -> Option<[SurfaceDistance; 2]> {
+    let frame = Frame::over(a, b)?;
+    let [a, b] = surfaces([a, b], &frame, sampling.threads);
+    let points = [&a, &b].map(|surface| surface.points(sampling));
+    let total = points[0].saturating_add(points[1]);
+    let there = a.distance(&b, sampling, &mut |done| progress(done, total));
+    let back = b.distance(&a, sampling, &mut |done| progress(points[0].saturating_add(done), total));
+    Some([there, back].map(|distance| distance.scaled(&frame)))
+}
+
+impl SurfaceDistance {
+    /// Of two directions the larger mean, root mean square and maximum: the last is the Hausdorff distance, as far
+    /// as the points that were measured tell.
+    pub fn symmetric([a, b]: [Self; 2]) -> Self {
+        Self {
+            mean: a.mean.max(b.mean),
+            rms: a.rms.max(b.rms),
+            max: a.max.max(b.max),
+            samples: a.samples.saturating_add(b.samples),
+            vertices: a.vertices + b.vertices,
         }
     }
-    tally
-}
 
-/// Measures every vertex that a triangle uses, once.
-fn measure_vertices(from: &IndexedMesh, probe: &mut Probe) -> Tally {
-    let mut tally = Tally::default();
-    let mut seen = vec![false; from.positions.len()];
-    for &v in from.triangles.iter().flatten() {
-        if !std::mem::replace(&mut seen[v as usize], true) {
-            tally.add(probe.distance(from.positions[v as usize].into()));
-        }
-    }
-    tally
-}
-
-fn corners(mesh: &IndexedMesh, triangle: usize) -> [DVec3; 3] {
-    mesh.triangles[triangle].map(|v| mesh.positions[v as usize].into())
-}
-
-fn twice_area([a, b, c]: [DVec3; 3]) -> f64 {
-    (b - a).cross(c - a).length()
-}
-
-/// Asks for the distances of one point after another. Successive points are near each other, and from one to the next
-/// the distance can grow by no more than the way between them: that bounds the search.
-struct Probe {
-    search: TriangleSearch,
-    last: Option<(DVec3, f64)>,
-}
-
-impl Probe {
-    fn new(search: TriangleSearch) -> Self {
-        Self { search, last: None }
-    }
-
-    fn distance(&mut self, p: DVec3) -> f64 {
-        let bound = self.last.map(|(q, d)| (d + p.distance(q)) * (1.0 + ROUNDING));
-        let distance = self.search.nearest_distance(p, bound.unwrap_or(f64::INFINITY));
-        self.last = Some((p, distance));
-        distance
+    fn scaled(self, frame: &Frame) -> Self {
+        let [mean, rms, max] = [self.mean, self.rms, self.max].map(|length| frame.outside(length));
+        Self { mean, rms, max, ..self }
     }
 }
 
-#[derive(Default)]
-struct Tally {
-    count: usize,
-    sum: f64,
-    sum_of_squares: f64,
-    max: f64,
+/// Prepares two meshes in one frame.
+fn surfaces(meshes: [&IndexedMesh; 2], frame: &Frame, threads: NonZeroUsize) -> [Surface; 2] {
+    meshes.map(|mesh| Surface::new(mesh, frame, threads))
 }
-
-impl Tally {
-    fn add(&mut self, distance: f64) {
-        self.count += 1;
-        self.sum += distance;
-        self.sum_of_squares += distance * distance;
-        self.max = self.max.max(distance);
-    }
-}
-
-/// Covers the rounding errors in a bound that is right but for them.
-const ROUNDING: f64 = 1e-9;
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::shapes;
+    use glam::DVec3;
 
     /// The square [-1, 1]^2 at height `h`, cut in four round a centre at height `h + peak`.
     fn tent(h: f64, peak: f64) -> IndexedMesh {
@@ -165,7 +140,7 @@ mod tests {
         assert_near(d.mean, 0.25, 1e-12);
         assert_near(d.rms, 0.25, 1e-12);
         assert_near(d.max, 0.25, 1e-12);
-        assert_eq!(d.samples, 1005);
+        assert_eq!((d.samples, d.vertices), (1000, 5));
     }
 
     /// Over the square the height of a low tent is H (1 - r) with r = max(|x|, |y|), which has density 2r: the mean
@@ -217,12 +192,49 @@ mod tests {
     fn a_scale_scales_the_distances() {
         let (tent, square) = (tent(0.0, 0.5), tent(0.0, 0.0));
         let one = surface_distance(&tent, &square, 500, 6).unwrap();
-        for factor in [1e-30, 1e30] {
+        for factor in [1e-300, 1e-70, 1e-30, 1e30, 1e70, 1e300] {
             let d = surface_distance(&scaled(&tent, factor), &scaled(&square, factor), 500, 6).unwrap();
             assert_near(d.mean / factor, one.mean, 1e-9);
             assert_near(d.rms / factor, one.rms, 1e-9);
             assert_near(d.max / factor, one.max, 1e-9);
         }
+    }
+
+    #[test]
+    fn threads_and_the_order_of_the_meshes_do_not_matter() {
+        let (a, b) = (shapes::torus(20, 30), scaled(&shapes::torus(12, 9), 1.1));
+        let of = |a, b, threads| {
+            let threads = NonZeroUsize::new(threads).unwrap();
+            let (mut calls, mut last) = (0, (0, 0));
+            let sampling = Sampling { samples: 5000, seed: 3, threads };
+            let both = surface_distances(a, b, &sampling, &mut |done, total| {
+                assert!(last.0 <= done && done <= total);
+                (calls, last) = (calls + 1, (done, total));
+            });
+            assert!(calls > 1 && last.0 == last.1, "{last:?} after {calls}");
+            both.unwrap()
+        };
+        let one = of(&a, &b, 1);
+        assert_eq!(one, of(&a, &b, 2));
+        assert_eq!(one, of(&a, &b, 9));
+        let [there, back] = of(&b, &a, 1);
+        assert_eq!(one, [back, there]);
+        assert_eq!(Some(one[0]), surface_distance(&a, &b, 5000, 3));
+        let symmetric = SurfaceDistance::symmetric(one);
+        assert_eq!(symmetric.max, one[0].max.max(one[1].max));
+        assert_eq!(symmetric, SurfaceDistance::symmetric([there, back]));
+    }
+
+    /// A speck of 1e-12 far from the origin, beside a mesh of 1.
+    #[test]
+    fn a_small_thing_beside_a_large_one() {
+        let mut large = tent(0.0, 0.0);
+        large.positions.extend([[1.0, 1.0, 1e-12], [1.0, 1.0 + 1e-12, 0.0], [1.0 + 1e-12, 1.0, 0.0]]);
+        large.triangles.push([5, 6, 7]);
+        let [there, back] =
+            surface_distances(&large, &tent(0.0, 0.0), &Sampling::default(), &mut |_, _| {}).unwrap();
+        assert!((0.9e-12..1.1e-12).contains(&there.max), "{there:?}");
+        assert!(back.max < 1e-14, "{back:?}");
     }
 
     #[test]
@@ -233,7 +245,7 @@ mod tests {
 
         let needle = IndexedMesh::new(vec![[0.0, 0.0, 1.0], [0.0, 0.0, 3.0]], vec![[0, 1, 1]]);
         let d = surface_distance(&needle, &tent(0.0, 0.0), 10, 7).unwrap();
-        assert_eq!((d.mean, d.max, d.samples), (2.0, 3.0, 2));
+        assert_eq!((d.mean, d.max, d.samples, d.vertices), (2.0, 3.0, 0, 2));
         assert_near(d.rms, 5.0_f64.sqrt(), 1e-12);
     }
 

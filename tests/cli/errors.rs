@@ -88,7 +88,7 @@ fn help_and_version() {
     let version = folder.run("--version").succeeded();
     assert_eq!(version.text(), concat!("unweld ", env!("CARGO_PKG_VERSION"), "\n"));
     assert!(folder.run("help").succeeded().text().contains("EXAMPLES"));
-    for command in ["encode", "decode", "info", "verify", "simplify", "view"] {
+    for command in ["encode", "decode", "info", "verify", "measure", "simplify", "view"] {
         let help = folder.run(&format!("help {command}")).succeeded();
         assert!(help.text().contains(&format!("EXAMPLES\n  unweld {command}")), "{command}");
     }

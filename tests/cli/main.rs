@@ -6,6 +6,7 @@ mod decode;
 mod encode;
 mod errors;
 mod foreign;
+mod measure;
 mod simplify;
 mod verify;
 mod view;

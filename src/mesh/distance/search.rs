@@ -1,126 +1,230 @@
-//! Nearest-triangle search: a hierarchy of bounding boxes, split at the median, in one flat array.
+//! Nearest-triangle search: a hierarchy of boxes, split at the median, in one flat array.
 
 use glam::DVec3;
+use std::num::NonZeroUsize;
+use std::panic::resume_unwind;
+use std::thread;
 
+use super::bounds::Bounds;
 use super::point_triangle_distance_squared;
-use crate::mesh::indexed::IndexedMesh;
 
-/// A search structure over the triangles of a mesh.
+/// A search structure over triangles, of which there is at least one.
 ///
 /// Each split halves the number of triangles, whatever their places, so the tree is at most 32 deep and is built in
-/// O(n log n) time also where all triangles coincide. It takes about 120 bytes a triangle.
+/// O(n log n) time, or O(n log^2 n) where all triangles lie round one point. Repeated triangles are searched once. It takes
+/// about 150 bytes a triangle.
 #[derive(Clone, Debug)]
-pub struct TriangleSearch {
-    /// In preorder: the first child of an inner node follows it.
+pub(super) struct TriangleSearch {
+    root: Node,
+    /// Children of a node are neighbours.
     nodes: Vec<Node>,
-    /// Corner positions; those of a leaf are neighbours.
+    /// Corner positions; those of a leaf are neighbours. Repetitions are here, but in no leaf.
     triangles: Vec<[DVec3; 3]>,
 }
 
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    min: DVec3,
-    max: DVec3,
-    /// Leaf: its first triangle. Inner node: its second child.
+    bounds: Bounds,
+    /// Leaf: its first triangle. Inner node: the first of its two children.
     first: u32,
     /// Leaf: its number of triangles. Inner node: 0.
     count: u32,
 }
 
 impl TriangleSearch {
-    /// Sorts the triangles of `mesh`; they may be degenerate, repeated, or all in one place.
-    pub fn new(mesh: &IndexedMesh) -> Self {
-        let at = |v: u32| DVec3::from(mesh.positions[v as usize]);
-        let triangles = mesh.triangles.iter().map(|t| t.map(at)).collect::<Vec<_>>();
-        let mut search = Self { nodes: Vec::with_capacity(triangles.len() / 2 + 1), triangles };
-        if !search.triangles.is_empty() {
-            search.build(0, search.triangles.len());
-        }
-        search
+    /// Sorts triangles so that neighbours in space are neighbours in the list, and returns their old places too. They may be
+    /// degenerate, repeated, or all in one place. Positions lie within ten units round the origin.
+    pub(super) fn new(
+        positions: &[DVec3],
+        triangles: &[[u32; 3]],
+        threads: NonZeroUsize,
+    ) -> (Self, Vec<u32>) {
+        let corners = Corners { positions, triangles };
+        let mut items: Vec<Item> = (0..triangles.len() as u32).map(|t| corners.item(t)).collect();
+        let mut nodes = Vec::with_capacity(items.len());
+        let root = corners.build(&mut items, 0, threads.get(), &mut nodes);
+        let order: Vec<u32> = items.iter().map(|item| item.triangle).collect();
+        let triangles = order.iter().map(|&t| corners.of(t)).collect();
+        (Self { root, nodes, triangles }, order)
     }
 
-    /// The distance of `p` from the nearest triangle, or `bound` where none is nearer than that.
-    ///
-    /// A small bound makes the search fast; infinity is always right.
-    pub fn nearest_distance(&self, p: DVec3, bound: f64) -> f64 {
-        let Some(root) = self.nodes.first() else { return bound };
-        let mut best = bound * bound;
-        let mut pending = [(0, 0.0); MAX_DEPTH];
-        pending[0] = (0, root.distance_squared(p));
+    /// All triangles, neighbours in space near each other.
+    pub(super) fn triangles(&self) -> &[[DVec3; 3]] {
+        &self.triangles
+    }
+
+    /// The distance of `p` from the nearest triangle, and a triangle so near. A good guess of it makes the search fast; any
+    /// other is right too.
+    pub(super) fn nearest(&self, p: DVec3, guess: u32) -> (f64, u32) {
+        let (mut best, mut nearest) = (self.distance_squared(p, guess), guess);
+        let mut pending = [(0, 0, 0.0); MAX_DEPTH];
+        pending[0] = (self.root.first, self.root.count, self.root.bounds.distance_squared(p));
         let mut len = 1;
         while len > 0 {
             len -= 1;
-            let (at, distance) = pending[len];
+            let (first, count, distance) = pending[len];
             if distance >= best {
                 continue;
             }
-            let node = self.nodes[at as usize];
-            if node.count > 0 {
-                for &[a, b, c] in &self.triangles[node.first as usize..][..node.count as usize] {
-                    best = best.min(point_triangle_distance_squared(p, a, b, c));
+            for t in first..first + count {
+                let distance = self.distance_squared(p, t);
+                if distance < best {
+                    (best, nearest) = (distance, t);
                 }
+            }
+            if count > 0 {
                 continue;
             }
-            let [mut near, mut far] =
-                [at + 1, node.first].map(|n| (n, self.nodes[n as usize].distance_squared(p)));
-            if far.1 < near.1 {
+            let [mut near, mut far] = [first, first + 1].map(|n| {
+                let node = &self.nodes[n as usize];
+                (node.first, node.count, node.bounds.distance_squared(p))
+            });
+            if far.2 < near.2 {
                 std::mem::swap(&mut near, &mut far);
             }
-            pending[len] = far;
-            pending[len + 1] = near;
-            len += 2;
+            for child in [far, near] {
+                if child.2 < best {
+                    pending[len] = child;
+                    len += 1;
+                }
+            }
         }
-        best.sqrt().min(bound)
+        (best.sqrt(), nearest)
     }
 
-    /// Appends the subtree over `triangles[start..end]`, which is not empty.
-    fn build(&mut self, start: usize, end: usize) {
-        let node = self.nodes.len();
-        let (min, max) = bounds(self.triangles[start..end].iter().flatten().copied());
-        let count = end - start;
-        self.nodes.push(Node { min, max, first: start as u32, count: count as u32 });
-        if count <= LEAF {
-            return;
+    fn distance_squared(&self, p: DVec3, triangle: u32) -> f64 {
+        let [a, b, c] = self.triangles[triangle as usize];
+        point_triangle_distance_squared(p, a, b, c)
+    }
+}
+
+/// A triangle on its way into the tree.
+struct Item {
+    thrice_centroid: DVec3,
+    triangle: u32,
+}
+
+/// What the tree is built over.
+#[derive(Clone, Copy)]
+struct Corners<'m> {
+    positions: &'m [DVec3],
+    triangles: &'m [[u32; 3]],
+}
+
+impl Corners<'_> {
+    fn of(&self, triangle: u32) -> [DVec3; 3] {
+        self.triangles[triangle as usize].map(|v| self.positions[v as usize])
+    }
+
+    fn item(&self, triangle: u32) -> Item {
+        let [a, b, c] = self.of(triangle);
+        Item { thrice_centroid: a + b + c, triangle }
+    }
+
+    /// The node over `items`, which begin at `start` in the whole list; what is below it is appended to `nodes`.
+    fn build(self, items: &mut [Item], start: usize, threads: usize, nodes: &mut Vec<Node>) -> Node {
+        let triangles = items.iter().map(|item| self.of(item.triangle));
+        let bounds = if items.len() <= TURNED {
+            Bounds::turned(triangles)
+        } else {
+            Bounds::upright(triangles.flatten())
+        };
+        if items.len() <= LEAF {
+            return Node { bounds, first: start as u32, count: items.len() as u32 };
         }
-        let triangles = &mut self.triangles[start..end];
-        let (min, max) = bounds(triangles.iter().map(thrice_centroid));
+        let none = (DVec3::INFINITY, DVec3::NEG_INFINITY);
+        let centroids = items.iter().map(|item| item.thrice_centroid);
+        let (min, max) = centroids.fold(none, |(min, max), p| (min.min(p), max.max(p)));
+        if min == max {
+            let distinct = self.distinct_first(items);
+            if distinct < items.len() {
+                return self.build(&mut items[..distinct], start, threads, nodes);
+            }
+        }
         let axis = (max - min).max_position();
-        triangles.select_nth_unstable_by(count / 2, |s, t| {
-            thrice_centroid(s)[axis].total_cmp(&thrice_centroid(t)[axis])
-        });
-        self.build(start, start + count / 2);
-        (self.nodes[node].first, self.nodes[node].count) = (self.nodes.len() as u32, 0);
-        self.build(start + count / 2, end);
+        let half = items.len() / 2;
+        items
+            .select_nth_unstable_by(half, |s, t| s.thrice_centroid[axis].total_cmp(&t.thrice_centroid[axis]));
+        let (low, high) = items.split_at_mut(half);
+        let first = nodes.len();
+        // Their places; they themselves come once all below them is there.
+        nodes.extend([Node { bounds, first: 0, count: 0 }; 2]);
+        let shared =
+            if threads > 1 && half > FORK { self.share(low, high, start, threads, nodes) } else { None };
+        let children = shared
+            .unwrap_or_else(|| [self.build(low, start, 1, nodes), self.build(high, start + half, 1, nodes)]);
+        nodes[first..first + 2].copy_from_slice(&children);
+        Node { bounds, first: first as u32, count: 0 }
     }
-}
 
-impl Node {
-    /// The squared distance of `p` from the box; 0 inside.
-    #[inline]
-    fn distance_squared(&self, p: DVec3) -> f64 {
-        (self.min - p).max(p - self.max).max(DVec3::ZERO).length_squared()
+    /// Sorts triangles so that one of each kind is in front of all repetitions, and counts the kinds.
+    fn distinct_first(self, items: &mut [Item]) -> usize {
+        let kind = |item: &Item| {
+            let mut corners = self.of(item.triangle).map(|p| p.to_array().map(f64::to_bits));
+            corners.sort_unstable();
+            corners
+        };
+        items.sort_unstable_by_key(kind);
+        let mut distinct = 1;
+        for k in 1..items.len() {
+            if kind(&items[k]) != kind(&items[distinct - 1]) {
+                items.swap(k, distinct);
+                distinct += 1;
+            }
+        }
+        distinct
     }
-}
 
-fn bounds(points: impl Iterator<Item = DVec3>) -> (DVec3, DVec3) {
-    points.fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), p| (min.min(p), max.max(p)))
-}
-
-fn thrice_centroid(&[a, b, c]: &[DVec3; 3]) -> DVec3 {
-    a + b + c
+    /// Builds both sides at the same time; `None`, with nothing appended, where the system gives no further thread.
+    fn share(
+        self,
+        low: &mut [Item],
+        high: &mut [Item],
+        start: usize,
+        threads: usize,
+        nodes: &mut Vec<Node>,
+    ) -> Option<[Node; 2]> {
+        thread::scope(|scope| {
+            let other_start = start + low.len();
+            let other = move || {
+                let mut apart = Vec::with_capacity(high.len());
+                (self.build(high, other_start, threads / 2, &mut apart), apart)
+            };
+            let other = thread::Builder::new().spawn_scoped(scope, other).ok()?;
+            let node = self.build(low, start, threads - threads / 2, nodes);
+            let (other, apart) = other.join().unwrap_or_else(|panic| resume_unwind(panic));
+            let shift = nodes.len() as u32;
+            let moved = |node: Node| match node.count {
+                0 => Node { first: node.first + shift, ..node },
+                _ => node,
+            };
+            nodes.extend(apart.into_iter().map(moved));
+            Some([node, moved(other)])
+        })
+    }
 }
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;
 /// Most nodes pending: one more on each of at most 32 levels, and the root.
 const MAX_DEPTH: usize = 34;
+/// Most triangles in a turned box: larger parts of a surface are seldom flat, and each costs a look at all of them.
+const TURNED: usize = 1 << 12;
+/// Fewest triangles that are worth a thread.
+const FORK: usize = 1 << 14;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::indexed::IndexedMesh;
     use crate::mesh::random::SplitMix64;
     use crate::mesh::shapes;
     use proptest::prelude::*;
+
+    fn search(mesh: &IndexedMesh, threads: usize) -> TriangleSearch {
+        let positions: Vec<DVec3> = mesh.positions.iter().map(|&p| p.into()).collect();
+        TriangleSearch::new(&positions, &mesh.triangles, NonZeroUsize::new(threads).unwrap()).0
+    }
 
     fn brute_force(mesh: &IndexedMesh, p: DVec3) -> f64 {
         let at = |v: u32| DVec3::from(mesh.positions[v as usize]);
@@ -141,38 +245,40 @@ mod tests {
 
     proptest! {
         #[test]
-        fn it_finds_what_brute_force_finds(mesh in soup(), p in prop::array::uniform3(-6.0..6.0), slack in 1.0..3.0) {
-            let (search, p) = (TriangleSearch::new(&mesh), DVec3::from(p));
-            let expected = brute_force(&mesh, p);
-            prop_assert_eq!(search.nearest_distance(p, f64::INFINITY), expected);
-            prop_assert!((search.nearest_distance(p, expected * slack) - expected).abs() <= 1e-12);
-            prop_assert!((search.nearest_distance(p, expected / 2.0) - expected / 2.0).abs() <= 1e-12);
+        fn it_finds_what_brute_force_finds(mesh in soup(), p in prop::array::uniform3(-6.0..6.0), guess: u32) {
+            let (search, p) = (search(&mesh, 1), DVec3::from(p));
+            let (distance, nearest) = search.nearest(p, guess % mesh.triangles.len() as u32);
+            prop_assert_eq!(distance, brute_force(&mesh, p));
+            prop_assert_eq!(search.distance_squared(p, nearest).sqrt(), distance);
         }
     }
 
     #[test]
     fn it_agrees_with_brute_force_on_a_surface() {
         let mesh = shapes::torus(30, 40);
-        let search = TriangleSearch::new(&mesh);
+        let search = search(&mesh, 1);
         let mut random = SplitMix64::new(9);
         for _ in 0..200 {
             let p = DVec3::from([0; 3].map(|_| 6.0 * random.unit() - 3.0));
-            assert_eq!(search.nearest_distance(p, f64::INFINITY), brute_force(&mesh, p));
+            assert_eq!(search.nearest(p, 0).0, brute_force(&mesh, p));
         }
     }
 
     #[test]
     fn many_triangles_in_one_place_make_no_deep_tree() {
         let mesh = IndexedMesh::new(vec![[1.0, 2.0, 2.0]], vec![[0, 0, 0]; 100_000]);
-        let search = TriangleSearch::new(&mesh);
-        assert_eq!(search.nearest_distance(DVec3::ZERO, f64::INFINITY), 3.0);
+        let search = search(&mesh, 1);
+        assert_eq!(search.nearest(DVec3::ZERO, 0).0, 3.0);
         assert!(search.nodes.len() < 100_000);
     }
 
     #[test]
-    fn no_triangle_is_nearer_than_any_bound() {
-        let search = TriangleSearch::new(&IndexedMesh::default());
-        assert_eq!(search.nearest_distance(DVec3::ZERO, 5.0), 5.0);
-        assert_eq!(search.nearest_distance(DVec3::ZERO, f64::INFINITY), f64::INFINITY);
+    fn threads_build_the_same_tree() {
+        let mesh = shapes::torus(250, 300);
+        assert!(mesh.triangles.len() > 4 * FORK);
+        let (one, four) = (search(&mesh, 1), search(&mesh, 4));
+        assert_eq!(one.triangles, four.triangles);
+        let flat = |search: &TriangleSearch| format!("{:?}", (search.root, &search.nodes));
+        assert!(flat(&one) == flat(&four));
     }
 }

@@ -4,8 +4,7 @@ use super::args::is_stream;
 use super::failure::Usage;
 use super::input;
 use anyhow::bail;
-use std::collections::BTreeMap;
-use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 use unweld::formats::Format;
@@ -35,7 +34,7 @@ impl Jobs {
     /// Searches the folders among the inputs; results go to the folder `output`.
     ///
     /// # Errors
-    /// [`Usage`] where two inputs would become one file, or one has no name; where there is no mesh at all.
+    /// [`Usage`] where two inputs of one name would become one file, or one has no name; where there is no mesh at all.
     pub fn find(inputs: &[PathBuf], output: &Path) -> anyhow::Result<Self> {
         let mut found = Self::default();
         for input in inputs {
@@ -46,7 +45,7 @@ impl Jobs {
                 found.jobs.push(Job { input: input.clone(), output: Ok(output) });
             }
         }
-        found.drop_repeated()?;
+        found.part()?;
         if found.jobs.is_empty() {
             let folders: Vec<String> = inputs.iter().map(|input| input::name(input)).collect();
             bail!("{}: there is no mesh", folders.join(", "));
@@ -87,28 +86,30 @@ impl Jobs {
         self.hidden += hidden;
     }
 
-    /// An input that is named twice is encoded once; two that would become one file are refused.
-    fn drop_repeated(&mut self) -> anyhow::Result<()> {
-        let mut first: BTreeMap<PathBuf, PathBuf> = BTreeMap::new();
-        let mut kept = Vec::new();
-        for job in self.jobs.drain(..) {
-            if let Ok(output) = &job.output {
-                match first.entry(output.clone()) {
-                    Entry::Vacant(entry) => drop(entry.insert(job.input.clone())),
-                    Entry::Occupied(entry) if is_same(entry.get(), &job.input) => continue,
-                    Entry::Occupied(entry) => {
-                        let [one, other] = [entry.get(), &job.input].map(|path| path.display());
-                        let output = output.display();
-                        return Err(Usage(format!(
-                            "{one} and {other} would both become {output}: encode them into different folders"
-                        ))
-                        .into());
-                    }
-                }
-            }
-            kept.push(job);
+    /// An input that is named twice is encoded once. Where two inputs would become one file, both keep their whole names.
+    fn part(&mut self) -> anyhow::Result<()> {
+        let mut seen = BTreeSet::new();
+        let file = |input: &PathBuf| input.canonicalize().unwrap_or_else(|_| input.clone());
+        self.jobs.retain(|job| seen.insert((file(&job.input), job.output.clone())));
+        let mut counts: BTreeMap<PathBuf, usize> = BTreeMap::new();
+        for output in self.jobs.iter().filter_map(|job| job.output.as_ref().ok()) {
+            *counts.entry(output.clone()).or_default() += 1;
         }
-        self.jobs = kept;
+        let mut first: BTreeMap<PathBuf, PathBuf> = BTreeMap::new();
+        for Job { input, output } in &mut self.jobs {
+            let (Ok(output), Some(name)) = (output, input.file_name()) else { continue };
+            if counts.get(output).is_some_and(|&count| count > 1) {
+                output.set_file_name(whole_name(name));
+            }
+            if let Some(other) = first.insert(output.clone(), input.clone()) {
+                let [one, other] = [&other, input].map(|path| path.display());
+                let output = output.display();
+                return Err(Usage(format!(
+                    "{one} and {other} would both become {output}: encode them into different folders"
+                ))
+                .into());
+            }
+        }
         Ok(())
     }
 }
@@ -129,6 +130,13 @@ pub fn into_folder(input: &Path, folder: &Path) -> anyhow::Result<PathBuf> {
     }
 }
 
+/// The name with `.uwm` behind it.
+fn whole_name(name: &OsStr) -> OsString {
+    let mut result = name.to_owned();
+    result.push(".uwm");
+    result
+}
+
 /// The name without `.gz` and without what tells the format of a mesh, and with `.uwm`.
 fn result_name(name: &OsStr) -> OsString {
     let name = Path::new(name);
@@ -139,13 +147,7 @@ fn result_name(name: &OsStr) -> OsString {
         }
         stem = stem.file_stem().map_or(stem, Path::new);
     }
-    let mut result = stem.as_os_str().to_owned();
-    result.push(".uwm");
-    result
-}
-
-fn is_same(one: &Path, other: &Path) -> bool {
-    matches!((one.canonicalize(), other.canonicalize()), (Ok(one), Ok(other)) if one == other)
+    whole_name(stem.as_os_str())
 }
 
 #[cfg(test)]

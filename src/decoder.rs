@@ -3,6 +3,7 @@
 mod log;
 mod session;
 
+use crate::codec::correction::Correction;
 use crate::codec::residue::Residue;
 use crate::codec::walk::Walk;
 use crate::container::{Contents, Metadata, Parsed, Parser, Plan};
@@ -82,6 +83,8 @@ pub enum Event {
     },
     /// Level 0's residue is known: see [`Decoder::assembled`].
     Residue,
+    /// Level 0's coordinates are known exactly: see [`Decoder::assembled`].
+    Correction,
     /// The metadata are known: see [`Decoder::metadata`].
     Metadata,
     /// [`Options::until`] has been reached; nothing more will be decoded.
@@ -285,6 +288,11 @@ impl Decoder {
         self.session.residue.as_ref()
     }
 
+    /// The input's coordinates, once known, where the file has them.
+    pub fn correction(&self) -> Option<&Correction> {
+        self.session.correction.as_ref()
+    }
+
     /// The metadata, once known.
     pub fn metadata(&self) -> Option<&Metadata> {
         self.session.metadata.as_ref()
@@ -295,7 +303,8 @@ impl Decoder {
         self.session.operations
     }
 
-    /// The mesh as positions and triangles; at level 0, once the residue is known, everything the input had.
+    /// The mesh as positions and triangles; at level 0, once residue and correction are known, everything the input
+    /// had.
     ///
     /// # Errors
     /// [`Error::Parameter`] before the base is there.
@@ -307,7 +316,11 @@ impl Decoder {
         let walk = Walk::new(&mesh.table, &mesh.roots);
         let none = Residue::default();
         let residue = self.residue().filter(|_| self.level() == Some(0)).unwrap_or(&none);
-        Ok(residue.assemble(mesh, &walk, &contents.header.lattice))
+        let mut assembled = residue.assemble(mesh, &walk, &contents.header.lattice);
+        if let Some(correction) = self.correction().filter(|_| self.level() == Some(0)) {
+            correction.apply(&mut assembled);
+        }
+        Ok(assembled)
     }
 
     /// Goes down to the next coarser level by the undo log. Returns the level reached, or `None` where the log ends.

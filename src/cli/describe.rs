@@ -49,7 +49,7 @@ impl Description {
                 "step": header.lattice.step,
                 "bits": header.lattice.bits,
             },
-            "exact": false,
+            "exact": !self.contents.correction().is_empty(),
             "levels": self.levels().map(|level| self.level_json(&level)).collect::<Vec<_>>(),
             "keyframes": self.keyframes().map(|(level, bytes)| json!({
                 "level": level, "offset": bytes.start, "bytes": bytes.end - bytes.start,

@@ -13,6 +13,7 @@ use anyhow::Context;
 use serde_json::{Map, Value, json};
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
 use unweld::formats::{self, Coordinates};
 use unweld::mesh::Lattice;
@@ -32,6 +33,9 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = Options::default().position_bits,
           value_parser = clap::value_parser!(u32).range(i64::from(Lattice::MIN_BITS)..=i64::from(Lattice::MAX_BITS)))]
     position_bits: u32,
+    /// Level 0 has the coordinates of the input, bit for bit
+    #[arg(long)]
+    exact: bool,
     /// What matters most
     #[arg(long, value_enum, default_value = "default")]
     profile: Profile,
@@ -70,7 +74,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut progress = Progress::new(args.quiet);
     let source = input::read(&args.input)?;
     let read = start.elapsed().as_secs_f64();
-    let encoded = encode(&source, &args.input, options(args), settings(args), &mut progress)?;
+    let encoded = encode(&source, &args.input, options(args, &source), settings(args), &mut progress)?;
     let start = Instant::now();
     output.write(|out| out.write_all(&encoded.file))?;
     let write = start.elapsed().as_secs_f64();
@@ -157,9 +161,14 @@ pub fn report_text(description: &Description, report: &Report) -> String {
     )
 }
 
-fn options(args: &Args) -> Options {
+fn options(args: &Args, source: &formats::Source) -> Options {
+    let real = match source.coordinates {
+        Coordinates::Float32 => Real::Binary32,
+        Coordinates::Float64 | Coordinates::Text => Real::Binary64,
+    };
     Options {
         position_bits: args.position_bits,
+        exact: args.exact.then_some(real),
         simplify: args.simplification.options(args.profile.of_library(), args.base_vertices),
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
@@ -180,6 +189,7 @@ fn settings(args: &Args) -> Vec<(String, String)> {
     };
     let mut settings = vec![
         ("position-bits".to_owned(), args.position_bits.to_string()),
+        ("exact".to_owned(), args.exact.to_string()),
         ("profile".to_owned(), value_name(&args.profile)),
         ("preview".to_owned(), value_name(&args.preview)),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
@@ -191,8 +201,9 @@ fn settings(args: &Args) -> Vec<(String, String)> {
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 10] = [
+const DEFAULTS: [(&str, &str); 11] = [
     ("position-bits", "14"),
+    ("exact", "false"),
     ("profile", "default"),
     ("preview", "off"),
     ("base-vertices", "auto"),
@@ -246,12 +257,13 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 6] {
+fn parts(report: &Report) -> [(&'static str, f64); 7] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),
         ("base", report.base_bits),
         ("residue", report.residue_bits),
+        ("correction", report.correction_bits),
         ("keyframes", report.keyframe_bits),
         ("other", report.other_bits),
     ]

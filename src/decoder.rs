@@ -4,6 +4,7 @@ mod log;
 mod session;
 
 use crate::codec::correction::Correction;
+use crate::codec::order::Order;
 use crate::codec::residue::Residue;
 use crate::codec::walk::Walk;
 use crate::container::{Contents, Metadata, Parsed, Parser, Plan};
@@ -85,6 +86,8 @@ pub enum Event {
     Residue,
     /// Level 0's coordinates are known exactly: see [`Decoder::assembled`].
     Correction,
+    /// The order of the input's vertices and triangles is known: see [`Decoder::assembled`].
+    Order,
     /// The metadata are known: see [`Decoder::metadata`].
     Metadata,
     /// [`Options::until`] has been reached; nothing more will be decoded.
@@ -293,6 +296,11 @@ impl Decoder {
         self.session.correction.as_ref()
     }
 
+    /// The order of the input's vertices and triangles, once known, where the file has it.
+    pub fn order(&self) -> Option<&Order> {
+        self.session.order.as_ref()
+    }
+
     /// The metadata, once known.
     pub fn metadata(&self) -> Option<&Metadata> {
         self.session.metadata.as_ref()
@@ -303,8 +311,9 @@ impl Decoder {
         self.session.operations
     }
 
-    /// The mesh as positions and triangles; at level 0, once residue and correction are known, everything the input
-    /// had.
+    /// The mesh as positions and triangles; at level 0, once residue, correction and order are known, everything the
+    /// input had: its coordinates bit for bit where the file has a correction, its lists of vertices and triangles where it
+    /// has an order.
     ///
     /// # Errors
     /// [`Error::Parameter`] before the base is there.
@@ -320,7 +329,10 @@ impl Decoder {
         if let Some(correction) = self.correction().filter(|_| self.level() == Some(0)) {
             correction.apply(&mut assembled);
         }
-        Ok(assembled)
+        match self.order().filter(|_| self.level() == Some(0)) {
+            Some(order) => Ok(order.apply(&assembled)),
+            None => Ok(assembled),
+        }
     }
 
     /// Goes down to the next coarser level by the undo log. Returns the level reached, or `None` where the log ends.

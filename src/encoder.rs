@@ -127,7 +127,7 @@ impl<'a> Encoder<'a> {
         }
         self.report_progress(Stage::Condition, 0, mesh.triangles.len() as u64)?;
         let mut conditioned = topology::condition(mesh, self.options.weld);
-        let mut finish = Finish::new(mesh, &conditioned, &self.options);
+        let finish = Finish::new(mesh, &conditioned, &self.options);
         self.report_progress(Stage::Condition, 1, 1)?;
         let conditioning = start.elapsed();
 
@@ -148,7 +148,7 @@ impl<'a> Encoder<'a> {
         let schedule = Schedule::of(&options, &simplified, &quantised);
         let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options, &schedule);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
-        let payloads = finish.payloads(&mut conditioned, levels.mesh(), &lattice)?;
+        let payloads = finish.payloads(&conditioned, levels.mesh(), &lattice)?;
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
@@ -160,7 +160,9 @@ impl<'a> Encoder<'a> {
         report.residue_bits = payloads.residue.len() as f64 * 8.0;
         report.correction_bits = payloads.correction.len() as f64 * 8.0;
         file.payload(AtomKind::Residue, 0, &payloads.residue);
+        report.order_bits = payloads.order.len() as f64 * 8.0;
         file.payload(AtomKind::Correction, 0, &payloads.correction);
+        file.payload(AtomKind::Order, 0, &payloads.order);
         file.payload(AtomKind::Metadata, 0, &self.metadata(&conditioned, mesh.diagonal()).encode()?);
         let contents = file.write(out)?;
         report.seconds = Seconds {

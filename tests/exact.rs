@@ -3,7 +3,8 @@
 
 use proptest::prelude::*;
 use unweld::codec::grid::Real;
-use unweld::decoder;
+use unweld::container::{Part, Want, parse_contents, plan, plan_from_keyframe};
+use unweld::decoder::{self, Decoder};
 use unweld::encoder::{Encoder, Keyframes, Options};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
@@ -73,6 +74,100 @@ proptest! {
         options.simplify.base_vertices = Some(4);
         prop_assert_eq!(triangles(&back(&mesh, options)), triangles(&mesh));
     }
+}
+
+/// Positions, to the last bit, and triangles, as they stand.
+fn lists(mesh: &IndexedMesh) -> (Vec<[u64; 3]>, &[[u32; 3]]) {
+    (mesh.positions.iter().map(|p| p.map(f64::to_bits)).collect(), &mesh.triangles)
+}
+
+/// The whole of level 0, from the base and from every keyframe.
+fn by_every_road(file: &[u8]) -> Vec<IndexedMesh> {
+    let contents = parse_contents(file).unwrap().unwrap();
+    let keyframes = contents.segments().map(|j| {
+        let mut plan = plan_from_keyframe(&contents, j);
+        plan.parts.truncate(1);
+        let first = if j > 0 { contents.steps(j - 1).start } else { contents.steps(0).end };
+        let atoms = first..contents.metadata().end;
+        plan.parts.push(Part { bytes: contents.bytes(atoms.clone()), atoms });
+        plan
+    });
+    let mut plans: Vec<_> = keyframes.collect();
+    plans.push(plan_from_keyframe(&contents, 0));
+    plans.push(plan(&contents, Want::All));
+    let by_plan = plans.iter().map(|plan| {
+        let mut decoder = Decoder::of_plan(contents.clone(), plan, decoder::Options::default());
+        for part in &plan.parts {
+            decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
+        }
+        while decoder.poll().unwrap().is_some() {}
+        decoder.finish().unwrap();
+        decoder.assembled().unwrap()
+    });
+    by_plan.collect()
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(400))]
+
+    #[test]
+    fn any_soup_comes_back_in_order(
+        (real, mesh) in any_real().prop_flat_map(|real| (Just(real), soup(real))), bits in 8..=24u32, weld: bool,
+    ) {
+        let weld = if weld { Weld::Exact } else { Weld::None };
+        let mut options = Options { position_bits: bits, weld, keep_order: true, keyframes: Keyframes::All, ..exact(real) };
+        options.simplify.base_vertices = Some(4);
+        let file = Encoder::new(options.clone()).encode_to_vec(&mesh).unwrap();
+        for back in by_every_road(&file) {
+            prop_assert_eq!(lists(&back), lists(&mesh));
+        }
+        // On the lattice, the lists are the same, but for the places.
+        let file = Encoder::new(Options { exact: None, ..options }).encode_to_vec(&mesh).unwrap();
+        let contents = parse_contents(&file).unwrap().unwrap();
+        let lattice = contents.header.lattice;
+        for back in by_every_road(&file) {
+            prop_assert_eq!(&back.triangles, &mesh.triangles);
+            prop_assert_eq!(back.positions.len(), mesh.positions.len());
+            for &v in mesh.triangles.iter().flatten() {
+                let [x, y] = [&mesh, &back].map(|mesh| mesh.positions[v as usize]);
+                prop_assert_eq!(y, lattice.position(lattice.quantise(x)));
+            }
+        }
+    }
+
+    #[test]
+    fn any_order_of_a_shape_comes_back(seed in 0..100u32, shape in 0..4usize, soup: bool) {
+        let shape = [
+            shapes::torus_with_hole(12, 9), shapes::handle_body(1), shapes::disc_with_ears(), shapes::bumpy_sphere(2, 3),
+        ][shape].clone();
+        let mesh = shuffled(&shape, seed, soup);
+        let options = Options { keep_order: true, ..exact(Real::Binary64) };
+        let file = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+        for back in by_every_road(&file) {
+            prop_assert_eq!(lists(&back), lists(&mesh));
+        }
+    }
+}
+
+/// The same surface with vertices and triangles in another order; as a soup, each corner has its own vertex.
+fn shuffled(mesh: &IndexedMesh, seed: u32, soup: bool) -> IndexedMesh {
+    let mix = |k: u32| (k.wrapping_add(seed)).wrapping_mul(0x9E37_79B9).rotate_left(seed % 32);
+    let mut triangles = mesh.triangles.clone();
+    triangles.sort_by_key(|t| mix(t[0] ^ t[1] << 8 ^ t[2] << 16));
+    triangles.iter_mut().enumerate().for_each(|(k, t)| t.rotate_left((mix(k as u32) % 3) as usize));
+    if soup {
+        let positions = triangles.iter().flatten().map(|&v| mesh.positions[v as usize]).collect();
+        return IndexedMesh::new(
+            positions,
+            (0..triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect(),
+        );
+    }
+    let mut order: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    order.sort_by_key(|&v| mix(v));
+    let mut numbers = vec![0; order.len()];
+    order.iter().zip(0..).for_each(|(&v, k)| numbers[v as usize] = k);
+    let positions = order.iter().map(|&v| mesh.positions[v as usize]).collect();
+    IndexedMesh::new(positions, triangles.iter().map(|t| t.map(|v| numbers[v as usize])).collect())
 }
 
 #[test]

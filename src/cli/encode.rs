@@ -36,6 +36,9 @@ pub struct Args {
     /// Level 0 has the coordinates of the input, bit for bit
     #[arg(long)]
     exact: bool,
+    /// Level 0 has the vertices and triangles of the input in their order, none of them welded
+    #[arg(long)]
+    keep_order: bool,
     /// What matters most
     #[arg(long, value_enum, default_value = "default")]
     profile: Profile,
@@ -169,6 +172,7 @@ fn options(args: &Args, source: &formats::Source) -> Options {
     Options {
         position_bits: args.position_bits,
         exact: args.exact.then_some(real),
+        keep_order: args.keep_order,
         simplify: args.simplification.options(args.profile.of_library(), args.base_vertices),
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
@@ -190,6 +194,7 @@ fn settings(args: &Args) -> Vec<(String, String)> {
     let mut settings = vec![
         ("position-bits".to_owned(), args.position_bits.to_string()),
         ("exact".to_owned(), args.exact.to_string()),
+        ("keep-order".to_owned(), args.keep_order.to_string()),
         ("profile".to_owned(), value_name(&args.profile)),
         ("preview".to_owned(), value_name(&args.preview)),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
@@ -201,9 +206,10 @@ fn settings(args: &Args) -> Vec<(String, String)> {
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 11] = [
+const DEFAULTS: [(&str, &str); 12] = [
     ("position-bits", "14"),
     ("exact", "false"),
+    ("keep-order", "false"),
     ("profile", "default"),
     ("preview", "off"),
     ("base-vertices", "auto"),
@@ -257,13 +263,14 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 7] {
+fn parts(report: &Report) -> [(&'static str, f64); 8] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),
         ("base", report.base_bits),
         ("residue", report.residue_bits),
         ("correction", report.correction_bits),
+        ("order", report.order_bits),
         ("keyframes", report.keyframe_bits),
         ("other", report.other_bits),
     ]

@@ -58,12 +58,16 @@ impl Correction {
 
     /// Puts the whole right: positions, and a vertex for each copy.
     pub fn apply(&self, mesh: &mut IndexedMesh) {
-        mesh.positions.clear();
-        mesh.positions.extend(&self.positions);
+        mesh.positions.clone_from(&self.positions);
         mesh.positions
             .extend(self.copies.iter().map(|&(v, axes)| other_zeros(self.positions[v as usize], axes)));
+        self.rename(&mut mesh.triangles);
+    }
+
+    /// Puts the corners of the whole's triangles right: at copies, which follow the other vertices.
+    pub fn rename(&self, triangles: &mut [[u32; 3]]) {
         for &(corner, copy) in &self.corners {
-            mesh.triangles[corner as usize / 3][corner as usize % 3] = self.positions.len() as u32 + copy;
+            triangles[corner as usize / 3][corner as usize % 3] = self.positions.len() as u32 + copy;
         }
     }
 

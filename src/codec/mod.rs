@@ -7,6 +7,8 @@ pub mod correction;
 pub mod edgebreaker;
 pub mod grid;
 pub mod keyframe;
+pub mod order;
+mod places;
 pub mod position;
 pub mod precision;
 pub mod refinement;

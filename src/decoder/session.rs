@@ -5,6 +5,7 @@ use super::{Delta, Event, Options};
 use crate::codec::correction::Correction;
 use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Expected};
+use crate::codec::order::Order;
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{LevelPass, RefinementError, SegmentModels, Unknown};
 use crate::codec::residue::{Residue, ResidueError, Whole};
@@ -33,6 +34,7 @@ pub struct Session {
     pub mesh: ProgressiveMesh,
     pub residue: Option<Residue>,
     pub correction: Option<Correction>,
+    pub order: Option<Order>,
     pub metadata: Option<Metadata>,
     pub operations: u64,
     options: Options,
@@ -58,6 +60,7 @@ impl Session {
             mesh: ProgressiveMesh::default(),
             residue: None,
             correction: None,
+            order: None,
             metadata: None,
             operations: 0,
             budget: Budget::new(options.limits),
@@ -140,7 +143,25 @@ impl Session {
                     events.push_back(Event::Correction);
                 }
             }
-            AtomKind::Order => {}
+            AtomKind::Order => {
+                if let Some((payload, offset)) = self.gather(&atom, payload)? {
+                    if self.level != Some(0) {
+                        return Ok(());
+                    }
+                    let mut whole = self.whole()?;
+                    let mut count = whole.vertices.len();
+                    if let Some(correction) = &self.correction {
+                        correction.rename(&mut whole.triangles);
+                        count += correction.copies.len();
+                    }
+                    let (none, budget) = (Residue::default(), &mut self.budget);
+                    let residue = self.residue.as_ref().unwrap_or(&none);
+                    let order = Order::decode(&payload, &self.mesh, residue, &whole, count, budget);
+                    self.order = Some(order.map_err(|e| fault(e, offset, "11"))?);
+                    self.give_back(whole);
+                    events.push_back(Event::Order);
+                }
+            }
             AtomKind::Metadata => {
                 if let Some((payload, offset)) = self.gather(&atom, payload)? {
                     self.metadata = Some(Metadata::decode(&payload, offset)?);

@@ -5,6 +5,7 @@ use super::residue::{Named, turned};
 use super::{Options, grids};
 use crate::codec::correction::Correction;
 use crate::codec::grid::Real;
+use crate::codec::order::{Order, Origin};
 use crate::codec::residue::{Extra, ResidueCounts, ResidueError, Whole};
 use crate::codec::walk::Walk;
 use crate::error::{Error, Result};
@@ -21,6 +22,8 @@ pub struct Payloads {
     pub counts: ResidueCounts,
     /// The correction.
     pub correction: Vec<u8>,
+    /// The order.
+    pub order: Vec<u8>,
 }
 
 /// What is kept of the input until level 0 is there.
@@ -28,6 +31,7 @@ pub struct Payloads {
 pub struct Finish<'a> {
     input: &'a IndexedMesh,
     exact: Option<Real>,
+    keep_order: bool,
     /// Whether vertices that are the same have zeros of other signs.
     zeros_differ: bool,
     /// The triangles of the conditioned table, where they will be needed.
@@ -41,10 +45,10 @@ impl<'a> Finish<'a> {
         let zeros_differ =
             options.exact.is_some() && (0..same.len()).any(|v| other_signs(input, v, same[v] as usize) != 0);
         let mut triangles = Vec::new();
-        if zeros_differ {
+        if zeros_differ || options.keep_order {
             triangles = conditioned.table.triangles().map(|t| conditioned.table.triangle(t)).collect();
         }
-        Self { input, exact: options.exact, zeros_differ, triangles }
+        Self { input, exact: options.exact, keep_order: options.keep_order, zeros_differ, triangles }
     }
 
     /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.
@@ -52,8 +56,8 @@ impl<'a> Finish<'a> {
     /// # Errors
     /// [`Error::Parameter`] where a part has a number that cannot be written.
     pub fn payloads(
-        &mut self,
-        conditioned: &mut Conditioned,
+        &self,
+        conditioned: &Conditioned,
         mesh: &ProgressiveMesh,
         lattice: &Lattice,
     ) -> Result<Payloads> {
@@ -64,11 +68,30 @@ impl<'a> Finish<'a> {
         if !named.residue.is_empty() {
             payloads.residue = named.residue.encode(mesh).map_err(cannot)?;
         }
-        let Some(real) = self.exact else { return Ok(payloads) };
-        let whole = named.residue.whole(mesh, &walk);
-        let vertices = named.vertices(conditioned, &whole);
-        let correction = self.correction(real, conditioned, &named, &whole, &vertices, lattice);
-        payloads.correction = correction.encode(&whole, lattice).map_err(cannot)?;
+        if self.exact.is_none() && !self.keep_order {
+            return Ok(payloads);
+        }
+        let mut whole = named.residue.whole(mesh, &walk);
+        let mut vertices = named.vertices(conditioned, &whole);
+        let origins = if self.zeros_differ || self.keep_order {
+            self.origins(conditioned, &named, &whole, &vertices)
+        } else {
+            Vec::new()
+        };
+        let mut count = whole.vertices.len();
+        if let Some(real) = self.exact {
+            let mut correction = self.correction(real, conditioned, &whole, &vertices, lattice);
+            if self.zeros_differ {
+                self.copy(&mut correction, conditioned, &mut vertices, &origins);
+            }
+            payloads.correction = correction.encode(&whole, lattice).map_err(cannot)?;
+            correction.rename(&mut whole.triangles);
+            count += correction.copies.len();
+        }
+        if self.keep_order {
+            let order = Order { vertices, triangles: self.input.triangles.clone() };
+            payloads.order = order.encode(mesh, &named.residue, &whole, count, &origins).map_err(cannot)?;
+        }
         Ok(payloads)
     }
 
@@ -76,7 +99,6 @@ impl<'a> Finish<'a> {
         &self,
         real: Real,
         conditioned: &Conditioned,
-        named: &Named,
         whole: &Whole,
         vertices: &[u32],
         lattice: &Lattice,
@@ -93,64 +115,74 @@ impl<'a> Finish<'a> {
             let samples = near().step_by(step).map(|(v, x)| (x[k], v.position(lattice)[k]));
             grids::choose(&samples.collect::<Vec<_>>(), lattice.step * 0.5, real)
         });
-        let mut correction = Correction { real, grids, positions, ..Correction::default() };
-        if self.zeros_differ {
-            self.copies(&mut correction, conditioned, named, whole, vertices);
-        }
-        correction
+        Correction { real, grids, positions, ..Correction::default() }
     }
 
-    /// Copies of vertices of which corners have other zeros.
-    fn copies(
+    /// Makes copies of vertices for those of the input that have other zeros: for those at corners, or for all if all of them
+    /// are kept. These become their vertices of the whole.
+    fn copy(
         &self,
         correction: &mut Correction,
         conditioned: &Conditioned,
-        named: &Named,
-        whole: &Whole,
-        vertices: &[u32],
+        vertices: &mut [u32],
+        origins: &[Origin],
     ) {
         let same = &conditioned.origins.same;
-        let signs = |v: u32| other_signs(self.input, v as usize, same[v as usize] as usize);
-        let copy_of = |v: u32| (signs(v) != 0).then(|| (vertices[v as usize], signs(v)));
-        let corners = || {
-            let input = self.input_triangles(conditioned, named, whole, vertices);
-            input.into_iter().enumerate().flat_map(|(t, (from, turn))| {
-                let corners = self.input.triangles[from as usize];
-                (0..3).map(move |k| (3 * t as u32 + k, corners[(k + 3 - turn) as usize % 3]))
-            })
+        let copy_of = |v: u32, vertices: &[u32]| {
+            let axes = other_signs(self.input, v as usize, same[v as usize] as usize);
+            (axes != 0).then(|| (vertices[v as usize], axes))
         };
-        correction.copies = corners().filter_map(|(_, v)| copy_of(v)).collect();
+        let corners = self.input.triangles.as_flattened();
+        correction.copies = if self.keep_order {
+            (0..vertices.len() as u32).filter_map(|v| copy_of(v, vertices)).collect()
+        } else {
+            corners.iter().filter_map(|&v| copy_of(v, vertices)).collect()
+        };
         correction.copies.sort_unstable();
         correction.copies.dedup();
-        let place = |copy| correction.copies.binary_search(&copy).ok().map(|place| place as u32);
-        correction.corners = corners().filter_map(|(c, v)| Some((c, copy_of(v).and_then(place)?))).collect();
+        for (t, &(place, first)) in origins.iter().enumerate() {
+            for (k, &v) in self.input.triangles[t].iter().enumerate() {
+                let copy = copy_of(v, vertices).and_then(|copy| correction.copies.binary_search(&copy).ok());
+                if let Some(copy) = copy {
+                    let corner = 3 * place + (k as u32 + first) % 3;
+                    correction.corners.push((corner, copy as u32));
+                }
+            }
+        }
+        correction.corners.sort_unstable();
+        let copies: Vec<_> = (0..vertices.len() as u32).map(|v| copy_of(v, vertices)).collect();
+        for (vertex, copy) in vertices.iter_mut().zip(copies) {
+            if let Some(copy) = copy.and_then(|copy| correction.copies.binary_search(&copy).ok()) {
+                *vertex = (correction.positions.len() + copy) as u32;
+            }
+        }
     }
 
-    /// For each triangle of the whole that of the input, and at which of its corners, 0 to 2, that begins.
-    fn input_triangles(
+    /// For each triangle of the input its place in the whole, and the corner there at which it begins.
+    fn origins(
         &self,
         conditioned: &Conditioned,
         named: &Named,
         whole: &Whole,
         vertices: &[u32],
-    ) -> Vec<(u32, u32)> {
+    ) -> Vec<Origin> {
         let in_table = &conditioned.origins.in_table;
-        let mut sorted: Vec<([Vertex; 3], u32)> = self
-            .triangles
-            .iter()
-            .zip(in_table.iter_ones())
-            .map(|(&t, from)| (turned(t), from as u32))
-            .collect();
+        let mut sorted: Vec<([Vertex; 3], u32)> =
+            named.triangles.iter().zip(0..).map(|(&t, place)| (turned(t), place)).collect();
         sorted.sort_unstable();
-        let further: Vec<u32> = in_table.iter_zeros().map(|from| from as u32).collect();
-        let in_walk = named.triangles.iter().enumerate().map(|(k, &t)| {
-            let place = sorted.binary_search_by(|(other, _)| other.cmp(&turned(t)));
-            let from = sorted[place.expect("level 0 has the triangles of the table")].1;
-            let first = vertices[self.input.triangles[from as usize][0] as usize];
-            let turn = whole.triangles[k].iter().position(|&v| v == first);
-            (from, turn.expect("they have the same vertices") as u32)
-        });
-        in_walk.chain(named.further.iter().map(|&k| (further[k as usize], 0))).collect()
+        let mut origins = vec![(0, 0); self.input.triangles.len()];
+        for (t, &triangle) in in_table.iter_ones().zip(&self.triangles) {
+            let found = sorted.binary_search_by_key(&turned(triangle), |&(other, _)| other);
+            let place = sorted[found.expect("level 0 has the triangles of the table")].1;
+            let first = vertices[self.input.triangles[t][0] as usize];
+            let turn = whole.triangles[place as usize].iter().position(|&v| v == first);
+            origins[t] = (place, turn.expect("they have the same vertices") as u32);
+        }
+        let outside: Vec<usize> = in_table.iter_zeros().collect();
+        for (&k, place) in named.further.iter().zip(named.triangles.len() as u32..) {
+            origins[outside[k as usize]] = (place, 0);
+        }
+        origins
     }
 }
 

@@ -21,6 +21,9 @@ pub struct Options {
     pub weld: Weld,
     /// Whether coordinates come back bit for bit at level 0, and of which type they are. All of the mesh must be of it.
     pub exact: Option<Real>,
+    /// Whether level 0 has the vertices and triangles of the mesh in their order, none of them welded, and each triangle from
+    /// its first corner.
+    pub keep_order: bool,
     /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
     pub atom_bytes: usize,
     /// Most memory to use, in bytes, as estimated beforehand.
@@ -37,6 +40,7 @@ impl Default for Options {
             lock_boundary: false,
             weld: Weld::Exact,
             exact: None,
+            keep_order: false,
             atom_bytes: 16 << 10,
             max_memory: u64::MAX,
         }

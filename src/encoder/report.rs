@@ -60,6 +60,8 @@ pub struct Report {
     pub residue_bits: f64,
     /// Bits of the correction.
     pub correction_bits: f64,
+    /// Bits of the order.
+    pub order_bits: f64,
     /// Bits of the keyframes, the base's not counted.
     pub keyframe_bits: f64,
     /// Each keyframe, the base's included, coarse to fine.
@@ -96,6 +98,7 @@ impl Report {
             + self.position_bits
             + self.residue_bits
             + self.correction_bits
+            + self.order_bits
             + self.keyframe_bits;
         self.other_bits = self.bytes as f64 * 8.0 - told;
     }

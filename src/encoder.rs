@@ -163,7 +163,11 @@ impl<'a> Encoder<'a> {
         report.order_bits = payloads.order.len() as f64 * 8.0;
         file.payload(AtomKind::Correction, 0, &payloads.correction);
         file.payload(AtomKind::Order, 0, &payloads.order);
-        file.payload(AtomKind::Metadata, 0, &self.metadata(&conditioned, mesh.diagonal()).encode()?);
+        file.payload(
+            AtomKind::Metadata,
+            0,
+            &self.metadata(&conditioned, mesh.diagonal(), payloads.copies).encode()?,
+        );
         let contents = file.write(out)?;
         report.seconds = Seconds {
             condition: conditioning.as_secs_f64(),
@@ -260,13 +264,17 @@ impl<'a> Encoder<'a> {
         simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)
     }
 
-    fn metadata(&self, conditioned: &Conditioned, diagonal: f64) -> Metadata {
+    fn metadata(&self, conditioned: &Conditioned, diagonal: f64, copies: usize) -> Metadata {
+        let mut conditioning = report::conditioning_counts(&conditioned.report);
+        if copies > 0 {
+            conditioning.push(("zero_copies".to_owned(), copies as u64));
+        }
         Metadata {
             generator: concat!("unweld ", env!("CARGO_PKG_VERSION")).to_owned(),
             source: self.source.name.clone(),
             settings: self.source.settings.clone(),
             dropped: self.source.dropped.clone(),
-            conditioning: report::conditioning_counts(&conditioned.report),
+            conditioning,
             diagonal: if diagonal.is_finite() { diagonal } else { f64::MAX },
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
         }

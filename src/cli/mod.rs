@@ -10,6 +10,7 @@ mod info;
 mod input;
 mod memory;
 mod numbers;
+mod original;
 mod output;
 mod progress;
 mod simplify;

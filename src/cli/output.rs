@@ -6,6 +6,7 @@ use anyhow::Context;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use unweld::codec::grid::Real;
 use unweld::formats::{Precision, write_obj, write_ply};
 use unweld::mesh::{IndexedMesh, Lattice};
 
@@ -155,6 +156,18 @@ impl MeshFormat {
             Self::Ply if fits_binary32(mesh, lattice) => write_ply(mesh, Precision::Float32, &mut out),
             Self::Ply => write_ply(mesh, Precision::Float64, &mut out),
             Self::Obj => write_obj(mesh, &mut out),
+        }
+    }
+
+    /// Writes a mesh of which the coordinates are exact; a PLY file has them in the type that they are of.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write_exact(self, mesh: &IndexedMesh, real: Real, mut out: &mut dyn Write) -> io::Result<()> {
+        match (self, real) {
+            (Self::Ply, Real::Binary32) => write_ply(mesh, Precision::Float32, &mut out),
+            (Self::Ply, Real::Binary64) => write_ply(mesh, Precision::Float64, &mut out),
+            (Self::Obj, _) => write_obj(mesh, &mut out),
         }
     }
 }

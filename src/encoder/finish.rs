@@ -22,6 +22,8 @@ pub struct Payloads {
     pub counts: ResidueCounts,
     /// The correction.
     pub correction: Vec<u8>,
+    /// Vertices that it adds, copies with other zeros.
+    pub copies: usize,
     /// The order.
     pub order: Vec<u8>,
 }
@@ -86,7 +88,8 @@ impl<'a> Finish<'a> {
             }
             payloads.correction = correction.encode(&whole, lattice).map_err(cannot)?;
             correction.rename(&mut whole.triangles);
-            count += correction.copies.len();
+            payloads.copies = correction.copies.len();
+            count += payloads.copies;
         }
         if self.keep_order {
             let order = Order { vertices, triangles: self.input.triangles.clone() };
@@ -193,4 +196,4 @@ fn other_signs(mesh: &IndexedMesh, v: usize, w: usize) -> u8 {
 }
 
 /// Coordinates of an axis by which its grids are chosen, at most.
-const SAMPLES: usize = 4096;
+const SAMPLES: usize = 2048;

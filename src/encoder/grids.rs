@@ -20,9 +20,13 @@ pub fn choose(samples: &[Sample], half: f64, real: Real) -> Vec<Grid> {
     while chosen.len() + 1 < MAX_GRIDS && left.len() * 50 > samples.len() {
         let rest: Vec<_> = left.iter().map(|(sample, _)| *sample).collect();
         let few: Vec<_> = left.iter().step_by(left.len().div_ceil(FEW)).copied().collect();
-        let worth = candidates(&rest, real).into_iter().filter(|&grid| saving(grid, &few, half, real) > 0.0);
-        let best =
-            worth.map(|grid| (grid, saving(grid, &left, half, real))).max_by(|x, y| x.1.total_cmp(&y.1));
+        let mut worth: Vec<_> =
+            candidates(&rest, real).into_iter().map(|grid| (saving(grid, &few, half, real), grid)).collect();
+        worth.retain(|&(saved, _)| saved > 0.0);
+        worth.sort_by(|x, y| y.0.total_cmp(&x.0));
+        worth.truncate(CLOSELY);
+        let close = worth.into_iter().rev().map(|(_, grid)| (grid, saving(grid, &left, half, real)));
+        let best = close.max_by(|x, y| x.1.total_cmp(&y.1));
         let Some((grid, saved)) = best else { break };
         if saved < 0.05 * samples.len() as f64 {
             break;
@@ -68,10 +72,9 @@ fn candidates(samples: &[Sample], real: Real) -> Vec<Grid> {
     let common = samples.iter().map(|&(x, _)| real.key(x)).map(|k| if k < 0 { -1 - k } else { k });
     let common = common.fold(0, |bits, magnitude| bits | magnitude).trailing_zeros().min(real.bits() - 2);
     let dropped = [common, 29].into_iter().filter(|&d| d > 0 && d <= real.bits() - 2);
-    // Of several that cost the same, the last is taken.
-    let decimals = (1..=15)
-        .rev()
-        .flat_map(|digits| (0..=MAX_PLACES).rev().map(move |places| Grid::Decimal { digits, places }));
+    // Of several that cost the same, the first is taken: that of the fewest digits.
+    let decimals =
+        (1..=15).flat_map(|digits| (0..=MAX_PLACES).map(move |places| Grid::Decimal { digits, places }));
     dropped.map(|dropped| Grid::Binary { dropped }).chain(decimals).collect()
 }
 
@@ -80,8 +83,9 @@ fn raw(real: Real) -> f64 {
     f64::from(real.bits())
 }
 
-/// Coordinates that decide whether a grid is looked at closely.
+/// Coordinates that decide which grids are looked at closely, and how many of these there are.
 const FEW: usize = 64;
+const CLOSELY: usize = 12;
 /// Offsets that are told apart.
 const NEAR: usize = 16;
 

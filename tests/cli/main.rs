@@ -4,6 +4,7 @@
 mod decode;
 mod encode;
 mod errors;
+mod exact;
 mod simplify;
 mod verify;
 

@@ -311,5 +311,6 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm
   unweld encode bunny.ply.gz -o bunny.uwm --position-bits 12 --keyframes every:4
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
+  unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode - -o - < bunny.obj > bunny.uwm
   unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex";

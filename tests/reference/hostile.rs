@@ -50,7 +50,7 @@ fn a_byte_of_a_larger_file() {
 }
 
 /// A file of one level with this payload, of so many vertices and triangles.
-fn base_alone(vertices: u32, triangles: u32, atoms: Vec<Atom>) -> Draft {
+pub fn base_alone(vertices: u32, triangles: u32, atoms: Vec<Atom>) -> Draft {
     let mut draft = Draft::of(&load("tetrahedron.uwm"));
     draft.header[64] = 8;
     draft.header.splice(68..80, [0; 12]);

@@ -229,7 +229,10 @@ impl<'a> Encoder<'a> {
         if mesh.positions.len() > most / 3 || mesh.triangles.len() > most / 3 {
             return Err(Error::Parameter(format!("more than {} vertices or triangles", most / 3)));
         }
-        let needed = mesh.triangles.len() as u64 * BYTES_A_TRIANGLE + mesh.positions.len() as u64 * 24;
+        let beyond = [(options.exact.is_some(), BYTES_EXACT), (options.keep_order, BYTES_IN_ORDER)];
+        let beyond: u64 = beyond.iter().filter(|(wanted, _)| *wanted).map(|(_, bytes)| bytes).sum();
+        let needed =
+            mesh.triangles.len() as u64 * (BYTES_A_TRIANGLE + beyond) + mesh.positions.len() as u64 * 24;
         if needed > options.max_memory {
             return Err(Error::Limit { what: "memory in bytes", needed, allowed: options.max_memory });
         }
@@ -307,6 +310,9 @@ fn level_entries(
 
 /// What encoding takes at its peak for a triangle of the input, the input included, roughly.
 const BYTES_A_TRIANGLE: u64 = 250;
+/// What a correction and an order may take beyond that, roughly.
+const BYTES_EXACT: u64 = 60;
+const BYTES_IN_ORDER: u64 = 100;
 
 fn parameter(what: &str) -> Error {
     Error::Parameter(what.to_owned())

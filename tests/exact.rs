@@ -6,6 +6,7 @@ use unweld::codec::grid::Real;
 use unweld::container::{Part, Want, parse_contents, plan, plan_from_keyframe};
 use unweld::decoder::{self, Decoder};
 use unweld::encoder::{Encoder, Keyframes, Options};
+use unweld::limits::Limits;
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 
@@ -175,4 +176,51 @@ fn shapes_come_back() {
     for mesh in [shapes::bumpy_sphere(4, 3), shapes::torus_with_hole(20, 14), shapes::handle_body(2)] {
         assert_eq!(triangles(&back(&mesh, exact(Real::Binary64))), triangles(&mesh));
     }
+}
+
+#[test]
+fn a_coordinate_of_another_type_is_refused() {
+    let corners = vec![[0.0; 3], [1.0, 0.0, 0.0], [0.1, 0.5, 1.0]];
+    let mut mesh = IndexedMesh::new(corners, vec![[0, 1, 2]]);
+    let refused =
+        |mesh: &IndexedMesh, real| Encoder::new(exact(real)).encode_to_vec(mesh).unwrap_err().to_string();
+    let said = refused(&mesh, Real::Binary32);
+    assert!(said.contains("vertex 2 has a coordinate that is no binary32 number"), "{said}");
+    mesh.positions[2] = [0.25, f64::NAN, 1.0];
+    for real in [Real::Binary32, Real::Binary64] {
+        let said = refused(&mesh, real);
+        assert!(said.contains("vertex 2 has a coordinate that is not finite"), "{said}");
+    }
+}
+
+/// The limit is kept while an order is read, and told.
+#[test]
+fn an_order_keeps_the_limit() {
+    let mesh = shuffled(&shapes::sphere(3), 1, true);
+    let options = Options { keep_order: true, ..exact(Real::Binary64) };
+    let file = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+    let limits =
+        |memory| decoder::Options { limits: Limits { memory, ..Limits::default() }, ..Default::default() };
+    assert!(decoder::decode(&file, limits(4 << 20)).is_ok());
+    let needed = match decoder::decode(&file, limits(200_000)) {
+        Err(unweld::Error::Limit { needed, allowed: 200_000, .. }) => needed,
+        other => panic!("{:?}", other.err()),
+    };
+    assert!(needed < 4 << 20, "{needed}");
+}
+
+/// A vertex with thousands of triangles and of instances: no list is gone through again and again.
+#[test]
+fn a_hub_of_many_instances() {
+    let n = 30_000u32;
+    let ring = |k: u32| {
+        let turn = f64::from(k) / f64::from(n) * std::f64::consts::TAU;
+        [turn.cos(), turn.sin(), 0.0]
+    };
+    let mut mesh = IndexedMesh::new((0..n).map(ring).collect(), Vec::new());
+    mesh.positions.extend(vec![[0.0, 0.0, 1.0]; n as usize]);
+    // Each instance of the hub is used twice, far apart.
+    mesh.triangles = (0..n).map(|k| [n + k.wrapping_mul(7919) % n / 2, k, (k + 1) % n]).collect();
+    let options = Options { keep_order: true, ..exact(Real::Binary64) };
+    assert_eq!(lists(&back(&mesh, options)), lists(&mesh));
 }

@@ -54,13 +54,15 @@ impl Order {
         budget: &mut Budget,
     ) -> Result<Self, ResidueError> {
         let mut coder = RangeDecoder::new(bytes);
-        let items = whole.triangles.len() + count;
-        budget.take_memory(items, BYTES_AN_ITEM).map_err(ResidueError::Limit)?;
-        budget.take_work(WORK_AN_ITEM * items as u64).map_err(ResidueError::Limit)?;
+        let triangles = whole.triangles.len();
+        budget.take_memory(triangles, BYTES_A_TRIANGLE).map_err(ResidueError::Limit)?;
+        budget.take_memory(count, BYTES_A_VERTEX).map_err(ResidueError::Limit)?;
+        budget.take_work(WORK_AN_ITEM * (triangles + count) as u64).map_err(ResidueError::Limit)?;
         let mut order = Self::default();
         order.code(&Surface::new(mesh, residue), whole, count, &[], &mut coder, budget)?;
         coder.finish()?;
-        budget.give_memory(items, BYTES_AN_ITEM - BYTES_KEPT);
+        budget.give_memory(triangles, BYTES_A_TRIANGLE - BYTES_KEPT);
+        budget.give_memory(count, BYTES_A_VERTEX - BYTES_KEPT);
         Ok(order)
     }
 
@@ -103,7 +105,11 @@ impl Order {
     ) -> Result<Vec<u32>, ResidueError> {
         let range = ResidueError::Range;
         let more = NumberModel::default().unsigned(coder, || (self.vertices.len() - count) as u32)?;
+        if more == 0 {
+            return Ok(single_instances(corners, count));
+        }
         let wanted = count + more as usize;
+        budget.take_memory(count, BYTES_OF_INSTANCES).map_err(ResidueError::Limit)?;
         let mut instances =
             Instances { vertices: Vec::new(), of: vec![Vec::new(); count], now: vec![0; count] };
         let mut fresh = [[Bit::NEW; 3]; 2];
@@ -120,7 +126,7 @@ impl Order {
             let n = instances.of[v].len();
             if n == 0 {
                 instances.add(v);
-            } else if more > 0 {
+            } else {
                 last = coder.bit(&mut fresh[usize::from(last)][n.min(3) - 1], || wants == NONE);
                 if last {
                     spend(budget, instances.vertices.len())?;
@@ -166,9 +172,10 @@ impl Order {
             spare = (0..).zip(lacking).flat_map(|(v, n)| std::iter::repeat_n(v, n.max(0) as usize)).collect();
         }
         let (mut steps, mut v) = (NumberModel::default(), 0u32);
+        let mut spare = spare.into_iter();
         for k in 0..wanted - instances.vertices.len() {
             spend(budget, k)?;
-            let step = steps.unsigned(coder, || spare[k] - v)?;
+            let step = steps.unsigned(coder, || spare.next().map_or(0, |next| next - v))?;
             v = v
                 .checked_add(step)
                 .filter(|&v| (v as usize) < count)
@@ -176,6 +183,7 @@ impl Order {
             coder.check()?;
             instances.add(v as usize);
         }
+        budget.give_memory(count, BYTES_OF_INSTANCES);
         Ok(instances.vertices)
     }
 
@@ -261,6 +269,25 @@ impl Order {
         }
         order
     }
+}
+
+/// The instances where each vertex has one: as [`Order::code_instances`], with nothing to be told.
+fn single_instances(corners: &mut [[u32; 3]], count: usize) -> Vec<u32> {
+    let mut instance = vec![NONE; count];
+    let mut vertices = Vec::with_capacity(count);
+    let mut met = |v: u32| {
+        let instance = &mut instance[v as usize];
+        if *instance == NONE {
+            *instance = vertices.len() as u32;
+            vertices.push(v);
+        }
+        *instance
+    };
+    corners.as_flattened_mut().iter_mut().for_each(|corner| *corner = met(*corner));
+    (0..count as u32).for_each(|v| {
+        met(v);
+    });
+    vertices
 }
 
 /// The vertices of the input, as they are met.
@@ -475,8 +502,11 @@ impl Way {
     }
 }
 
-/// Memory for a vertex or triangle while an order is read, and what is kept of it.
-const BYTES_AN_ITEM: usize = 96;
+/// Memory for a triangle and for a vertex while an order is read, and what is kept of it.
+const BYTES_A_TRIANGLE: usize = 48;
+const BYTES_A_VERTEX: usize = 32;
 const BYTES_KEPT: usize = 12;
+/// Memory for a vertex that may have several instances.
+const BYTES_OF_INSTANCES: usize = 80;
 /// Units of work for one.
 const WORK_AN_ITEM: u64 = 64;

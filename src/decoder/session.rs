@@ -415,7 +415,7 @@ const CHUNK: u32 = 1024;
 const BYTES_AN_EVENT: usize = 64;
 
 /// What the whole of level 0 takes for a triangle: its half of a vertex and itself, and the walk to find them by.
-const BYTES_OF_WHOLE: usize = 64;
+const BYTES_OF_WHOLE: usize = 48;
 
 /// Why a payload beyond the mesh cannot be read.
 fn fault(error: ResidueError, offset: u64, section: &'static str) -> Error {

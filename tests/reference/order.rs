@@ -95,10 +95,7 @@ fn read_triangles(code: &mut Code, surface: &Surface, whole: &Whole) -> Result<V
             demand(!open.is_empty(), "11.1: no neighbour is left")?;
             let m: usize = open.iter().map(|&(i, ..)| 1 << i).sum();
             let mut at = 0;
-            for k in 0..open.len() - 1 {
-                if !code.read(&mut which[age.min(3)][m][k])? {
-                    break;
-                }
+            while at < open.len() - 1 && code.read(&mut which[age.min(3)][m][at])? {
                 at += 1;
             }
             let (i, other, facing) = open[at];

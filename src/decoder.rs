@@ -3,6 +3,8 @@
 mod log;
 mod session;
 
+use crate::codec::correction::Correction;
+use crate::codec::order::Order;
 use crate::codec::residue::Residue;
 use crate::codec::walk::Walk;
 use crate::container::{Contents, Metadata, Parsed, Parser, Plan};
@@ -82,6 +84,10 @@ pub enum Event {
     },
     /// Level 0's residue is known: see [`Decoder::assembled`].
     Residue,
+    /// Level 0's coordinates are known exactly: see [`Decoder::assembled`].
+    Correction,
+    /// The order of the input's vertices and triangles is known: see [`Decoder::assembled`].
+    Order,
     /// The metadata are known: see [`Decoder::metadata`].
     Metadata,
     /// [`Options::until`] has been reached; nothing more will be decoded.
@@ -285,6 +291,16 @@ impl Decoder {
         self.session.residue.as_ref()
     }
 
+    /// The input's coordinates, once known, where the file has them.
+    pub fn correction(&self) -> Option<&Correction> {
+        self.session.correction.as_ref()
+    }
+
+    /// The order of the input's vertices and triangles, once known, where the file has it.
+    pub fn order(&self) -> Option<&Order> {
+        self.session.order.as_ref()
+    }
+
     /// The metadata, once known.
     pub fn metadata(&self) -> Option<&Metadata> {
         self.session.metadata.as_ref()
@@ -295,7 +311,9 @@ impl Decoder {
         self.session.operations
     }
 
-    /// The mesh as positions and triangles; at level 0, once the residue is known, everything the input had.
+    /// The mesh as positions and triangles; at level 0, once residue, correction and order are known, everything the
+    /// input had: its coordinates bit for bit where the file has a correction, its lists of vertices and triangles where it
+    /// has an order.
     ///
     /// # Errors
     /// [`Error::Parameter`] before the base is there.
@@ -307,7 +325,14 @@ impl Decoder {
         let walk = Walk::new(&mesh.table, &mesh.roots);
         let none = Residue::default();
         let residue = self.residue().filter(|_| self.level() == Some(0)).unwrap_or(&none);
-        Ok(residue.assemble(mesh, &walk, &contents.header.lattice))
+        let mut assembled = residue.assemble(mesh, &walk, &contents.header.lattice);
+        if let Some(correction) = self.correction().filter(|_| self.level() == Some(0)) {
+            correction.apply(&mut assembled);
+        }
+        match self.order().filter(|_| self.level() == Some(0)) {
+            Some(order) => Ok(order.apply(&assembled)),
+            None => Ok(assembled),
+        }
     }
 
     /// Goes down to the next coarser level by the undo log. Returns the level reached, or `None` where the log ends.

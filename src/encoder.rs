@@ -1,12 +1,14 @@
 //! The encoder: simplify, code, write. Here these rooms meet, and only here.
 
+mod finish;
+mod grids;
 mod levels;
 mod options;
 mod report;
+mod residue;
 mod schedule;
 
-use crate::codec::residue::{Extra, MAX_OUTSIDE, Residue};
-use crate::codec::walk::Walk;
+use crate::codec::grid::Real;
 use crate::container::{AtomKind, FileBuilder, Level, Metadata};
 use crate::error::{Error, Result};
 use crate::mesh::topology::{self, Conditioned};
@@ -14,6 +16,7 @@ use crate::mesh::{IndexedMesh, Lattice, Vertex, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
 use crate::simplify::{self, Simplified};
 use bitvec::vec::BitVec;
+use finish::Finish;
 use levels::Levels;
 use schedule::Schedule;
 use std::io::Write;
@@ -124,6 +127,7 @@ impl<'a> Encoder<'a> {
         }
         self.report_progress(Stage::Condition, 0, mesh.triangles.len() as u64)?;
         let mut conditioned = topology::condition(mesh, self.options.weld);
+        let finish = Finish::new(mesh, &conditioned, &self.options);
         self.report_progress(Stage::Condition, 1, 1)?;
         let conditioning = start.elapsed();
 
@@ -144,21 +148,26 @@ impl<'a> Encoder<'a> {
         let schedule = Schedule::of(&options, &simplified, &quantised);
         let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options, &schedule);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
-        let residue = residue(&conditioned, quantised.len(), levels.mesh(), &lattice);
+        let payloads = finish.payloads(&conditioned, levels.mesh(), &lattice)?;
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
             FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &schedule, &lattice));
         let mut report = Report::new(&conditioned, &simplified, mesh.diagonal());
         report.locked_vertices = locked_vertices;
-        report.residue = residue.counts();
+        report.residue = payloads.counts;
         levels.add_to(&mut file, &mut report);
-        if !residue.is_empty() {
-            let payload = residue.encode(levels.mesh()).map_err(|e| Error::Parameter(e.to_string()))?;
-            report.residue_bits = payload.len() as f64 * 8.0;
-            file.payload(AtomKind::Residue, 0, &payload);
-        }
-        file.payload(AtomKind::Metadata, 0, &self.metadata(&conditioned, mesh.diagonal()).encode()?);
+        report.residue_bits = payloads.residue.len() as f64 * 8.0;
+        report.correction_bits = payloads.correction.len() as f64 * 8.0;
+        file.payload(AtomKind::Residue, 0, &payloads.residue);
+        report.order_bits = payloads.order.len() as f64 * 8.0;
+        file.payload(AtomKind::Correction, 0, &payloads.correction);
+        file.payload(AtomKind::Order, 0, &payloads.order);
+        file.payload(
+            AtomKind::Metadata,
+            0,
+            &self.metadata(&conditioned, mesh.diagonal(), payloads.copies).encode()?,
+        );
         let contents = file.write(out)?;
         report.seconds = Seconds {
             condition: conditioning.as_secs_f64(),
@@ -199,6 +208,12 @@ impl<'a> Encoder<'a> {
         {
             return Err(parameter("a precision schedule must not fall from a level to a coarser one"));
         }
+        if let Some(real) = options.exact
+            && let Some(v) =
+                mesh.positions.iter().position(|p| p.iter().any(|&x| x.is_finite() && !real.holds(x)))
+        {
+            return Err(Error::Parameter(format!("vertex {v} has a coordinate that is no {real} number")));
+        }
         for (v, p) in mesh.positions.iter().enumerate() {
             if p.iter().any(|x| !x.is_finite()) {
                 return Err(Error::Parameter(format!("vertex {v} has a coordinate that is not finite")));
@@ -214,7 +229,10 @@ impl<'a> Encoder<'a> {
         if mesh.positions.len() > most / 4 || mesh.triangles.len() > most / 4 {
             return Err(Error::Parameter(format!("more than {} vertices or triangles", most / 4)));
         }
-        let needed = mesh.triangles.len() as u64 * BYTES_A_TRIANGLE + mesh.positions.len() as u64 * 24;
+        let beyond = [(options.exact.is_some(), BYTES_EXACT), (options.keep_order, BYTES_IN_ORDER)];
+        let beyond: u64 = beyond.iter().filter(|(wanted, _)| *wanted).map(|(_, bytes)| bytes).sum();
+        let needed =
+            mesh.triangles.len() as u64 * (BYTES_A_TRIANGLE + beyond) + mesh.positions.len() as u64 * 24;
         if needed > options.max_memory {
             return Err(Error::Limit { what: "memory in bytes", needed, allowed: options.max_memory });
         }
@@ -249,15 +267,19 @@ impl<'a> Encoder<'a> {
         simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)
     }
 
-    fn metadata(&self, conditioned: &Conditioned, diagonal: f64) -> Metadata {
+    fn metadata(&self, conditioned: &Conditioned, diagonal: f64, copies: usize) -> Metadata {
+        let mut conditioning = report::conditioning_counts(&conditioned.report);
+        if copies > 0 {
+            conditioning.push(("zero_copies".to_owned(), copies as u64));
+        }
         Metadata {
             generator: concat!("unweld ", env!("CARGO_PKG_VERSION")).to_owned(),
             source: self.source.name.clone(),
             settings: self.source.settings.clone(),
             dropped: self.source.dropped.clone(),
-            conditioning: report::conditioning_counts(&conditioned.report),
+            conditioning,
             diagonal: if diagonal.is_finite() { diagonal } else { f64::MAX },
-            source_float32: self.source.float32,
+            source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
         }
     }
 
@@ -288,88 +310,10 @@ fn level_entries(
 
 /// What encoding takes at its peak for a triangle of the input, the input included, roughly.
 const BYTES_A_TRIANGLE: u64 = 250;
+/// What a correction and an order may take beyond that, roughly.
+const BYTES_EXACT: u64 = 60;
+const BYTES_IN_ORDER: u64 = 100;
 
 fn parameter(what: &str) -> Error {
     Error::Parameter(what.to_owned())
-}
-
-/// What the manifold of `count` vertices lacks of the input, named by places in the walk of level 0.
-fn residue(conditioned: &Conditioned, count: usize, mesh: &ProgressiveMesh, lattice: &Lattice) -> Residue {
-    let walk = Walk::new(&mesh.table, &mesh.roots);
-    let order = walk.vertices(&mesh.table);
-    let vertices = order.len();
-    let mut place = vec![u32::MAX; count];
-    for (k, v) in order.iter().enumerate() {
-        place[v.index()] = k as u32;
-    }
-    let mut residue = Residue::default();
-    if conditioned.flipped.any() {
-        let turned = |t: [Vertex; 3]| {
-            let mut t = t;
-            let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
-            t.rotate_left(least);
-            t
-        };
-        let table = &conditioned.table;
-        let mut flipped: Vec<_> = table
-            .triangles()
-            .filter(|t| conditioned.flipped[t.index()])
-            .map(|t| turned(table.triangle(t)))
-            .collect();
-        flipped.sort_unstable();
-        let is_flipped = |t| flipped.binary_search(&turned(t)).is_ok();
-        residue.flipped =
-            walk.triangles.iter().map(|&c| is_flipped(mesh.table.triangle(c.triangle()))).collect();
-    }
-    if !conditioned.stitches.is_empty() {
-        let mut group = vec![u32::MAX; vertices];
-        for (number, stitch) in conditioned.stitches.iter().enumerate() {
-            for v in stitch {
-                group[place[v.index()] as usize] = number as u32;
-            }
-        }
-        // Groups are numbered by their first vertex in the walk.
-        let mut renumbered = vec![u32::MAX; conditioned.stitches.len()];
-        let mut count = 0;
-        for group in group.iter_mut().filter(|g| **g != u32::MAX) {
-            let number = &mut renumbered[*group as usize];
-            if *number == u32::MAX {
-                *number = count;
-                count += 1;
-            }
-            *group = *number;
-        }
-        residue.groups = group;
-    }
-    let mut extras: Vec<(Extra, usize)> =
-        conditioned.extras.iter().enumerate().map(|(k, &p)| (extra(p, lattice), k)).collect();
-    extras.sort_by(|(x, _), (y, _)| match (x, y) {
-        (Extra::Lattice(x), Extra::Lattice(y)) => x.cmp(y),
-        (Extra::Lattice(_), Extra::Exact(_)) => std::cmp::Ordering::Less,
-        (Extra::Exact(_), Extra::Lattice(_)) => std::cmp::Ordering::Greater,
-        (Extra::Exact(x), Extra::Exact(y)) => x.partial_cmp(y).unwrap_or(std::cmp::Ordering::Equal),
-    });
-    let mut name = vec![0; extras.len()];
-    for (k, (_, from)) in extras.iter().enumerate() {
-        name[*from] = (vertices + k) as u32;
-    }
-    residue.extras = extras.into_iter().map(|(extra, _)| extra).collect();
-    let named = |v: u32| match place.get(v as usize) {
-        Some(&place) => place,
-        None => name[v as usize - place.len()],
-    };
-    residue.triangles = conditioned.residue.iter().map(|t| t.map(named)).collect();
-    residue.triangles.sort_unstable();
-    residue
-}
-
-/// A vertex outside the manifold: on the lattice where that can say where it is.
-fn extra(position: [f64; 3], lattice: &Lattice) -> Extra {
-    let q: [f64; 3] = std::array::from_fn(|k| lattice.unclamped(position[k], k));
-    let near = q.iter().all(|x| x.abs() <= f64::from(MAX_OUTSIDE));
-    if near && (lattice.step > 0.0 || position == lattice.origin) {
-        Extra::Lattice(q.map(|x| x as i32))
-    } else {
-        Extra::Exact(position)
-    }
 }

@@ -3,7 +3,7 @@
 //! A simplifier takes a triangle mesh apart with stellar operations (edge flips and edge welds on a corner table) and records the
 //! history. The coder writes a small whole mesh, the base, and then the history backwards, operation by operation: any prefix of a
 //! `.uwm` file from the base on is a valid mesh, and the last byte brings back every triangle of the input, on a lattice of 8 to 24
-//! bits a coordinate. The format is specified in `spec/`.
+//! bits a coordinate, or bit for bit (see [`encoder::Options::exact`]). The format is specified in `spec/`.
 //!
 //! # Encode and decode
 //! ```

@@ -67,6 +67,11 @@ fn residue() {
 }
 
 #[test]
+fn exact() {
+    smoke(fuzzing::fuzz_exact, 5000, 200);
+}
+
+#[test]
 fn round_trip() {
     smoke(fuzzing::fuzz_round_trip, 3000, 150);
 }

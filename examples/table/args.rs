@@ -56,6 +56,8 @@ pub enum Section {
     Paper,
     /// The profiles beside the default
     Profiles,
+    /// Exact coordinates and order, beside general compressors
+    Exact,
 }
 
 impl Args {
@@ -73,6 +75,18 @@ impl Args {
     pub fn out(&self) -> Option<&Path> {
         let all = self.meshes.is_empty() && self.sections.is_empty();
         self.out.as_deref().or(all.then_some(Path::new("BENCHMARKS.md")))
+    }
+
+    /// The files named, or else those of the default set.
+    ///
+    /// # Errors
+    /// Where one of the default set is missing.
+    pub fn files(&self, names: &[&str]) -> anyhow::Result<Vec<PathBuf>> {
+        if self.meshes.is_empty() {
+            names.iter().map(|name| default_file(name)).collect()
+        } else {
+            Ok(self.meshes.clone())
+        }
     }
 
     /// The meshes named, or else these of the default set.

@@ -4,6 +4,7 @@
 
 mod args;
 mod cases;
+mod exact;
 mod generate;
 mod keyframes;
 mod linear;
@@ -70,6 +71,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Linear => vec![linear::table(args)?],
         Section::Prefixes => vec![prefixes::table(&args.cases(&[BUNNY], 12)?)?],
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,
+        Section::Exact => vec![exact::table(&args.files(&EXACT)?)?],
         Section::Profiles => vec![profiles::table(&args.cases(&MESHES, 12)?, runs)?],
     })
 }
@@ -83,6 +85,19 @@ const MESHES: [&str; 7] = [
     "cad_fandisk.obj.gz",
     "organic_cat.obj.gz",
     "genus12_boot.obj.gz",
+];
+/// Files of the table of exact coordinates; the last two hold binary32 and binary64 noise.
+const EXACT: [&str; 10] = [
+    MESHES[0],
+    MESHES[1],
+    MESHES[2],
+    DRAGON,
+    MESHES[4],
+    MESHES[3],
+    MESHES[5],
+    MESHES[6],
+    "synth_scan.ply.gz",
+    "synth_terrain_utm_f64_holes.ply.gz",
 ];
 const BUNNY: &str = "scan_bunny.ply.gz";
 const DRAGON: &str = "bench/dragon_vrip.ply.gz";

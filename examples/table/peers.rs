@@ -6,6 +6,7 @@ use draco_core::{
     MeshEncoder, PointAttribute,
 };
 use meshopt::SimplifyOptions;
+use unweld::codec::grid::Real;
 use unweld::mesh::{IndexedMesh, Lattice, lattice};
 
 /// A mesh as Draco wants it. Its positions are those of unweld's lattice, in steps: Draco's own lattice over them, with as
@@ -65,6 +66,36 @@ impl Draco {
             .context("Draco cannot decode")?;
         Ok(mesh)
     }
+}
+
+/// Bytes of Draco's file of a mesh whose coordinates it keeps as they are: Edgebreaker at compression level 10. `None` where
+/// it cannot encode it.
+pub fn draco_without_quantisation(mesh: &IndexedMesh, real: Real) -> Option<usize> {
+    let (kind, bytes): (_, Vec<u8>) = match real {
+        Real::Binary32 => (
+            DataType::Float32,
+            mesh.positions.iter().flatten().flat_map(|&x| (x as f32).to_le_bytes()).collect(),
+        ),
+        Real::Binary64 => {
+            (DataType::Float64, mesh.positions.iter().flatten().flat_map(|x| x.to_le_bytes()).collect())
+        }
+    };
+    let mut positions = PointAttribute::new();
+    positions.init(GeometryAttributeType::Position, 3, kind, false, mesh.positions.len());
+    positions.buffer_mut().write(0, &bytes);
+    let mut peer = Mesh::new();
+    peer.set_num_points(mesh.positions.len());
+    peer.add_attribute(positions);
+    peer.set_num_faces(mesh.triangles.len());
+    peer.set_faces_from_flat_indices(mesh.triangles.as_flattened());
+    let mut encoder = MeshEncoder::new();
+    encoder.set_mesh(peer);
+    let mut options = EncoderOptions::new();
+    options.set_compression_level(10);
+    let mut out = EncoderBuffer::new();
+    encoder.encode(&options, &mut out).ok()?;
+    Draco::decode(out.data()).ok()?;
+    Some(out.data().len())
 }
 
 /// `meshopt_simplify` to so many triangles, whatever the error, boundaries not locked; on the vertices of `mesh`. `None` where it stops

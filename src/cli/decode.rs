@@ -11,10 +11,11 @@ use anyhow::{Context, bail};
 use clap::ValueEnum;
 use std::fs;
 use std::path::{Path, PathBuf};
+use unweld::codec::grid::Real;
 use unweld::codec::walk::Walk;
 use unweld::container::{Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
-use unweld::mesh::IndexedMesh;
+use unweld::mesh::{IndexedMesh, Lattice};
 
 /// Decode a .uwm file, or as much as is wanted, to PLY, OBJ or STL
 #[derive(clap::Args)]
@@ -104,10 +105,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         remark_on_faces(args.quiet, &uwm.name, &decoder, faces);
     }
     let Some(output) = output else { return Ok(()) };
-    let mesh = mesh(&decoder, args.quality.faces)?;
-    let lattice = Some(&uwm.contents.header.lattice);
-    output.write(|out| format.write(&mesh, lattice, out))?;
-    for loss in format.losses(&mesh, lattice) {
+    let (mesh, real) = mesh(&decoder, args.quality.faces)?;
+    let lattice = &uwm.contents.header.lattice;
+    write(&mesh, real, lattice, format, &output)?;
+    for loss in format.losses(&mesh, real.is_none().then_some(lattice)) {
         remark(args.quiet, &format!("{}: {loss}", output.name));
     }
     if args.quiet {
@@ -198,13 +199,28 @@ fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
 
 fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat) -> anyhow::Result<()> {
     let (Some(level), Some(contents)) = (decoder.level(), decoder.contents()) else { return Ok(()) };
-    let mesh = decoder.assembled()?;
+    let (mesh, real) = mesh(decoder, None)?;
     let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())))?;
-    output.write(|out| format.write(&mesh, Some(&contents.header.lattice), out))
+    write(&mesh, real, &contents.header.lattice, format, &output)
 }
 
-/// The mesh to write: without the triangles of the residue, where there are too many with them.
-fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<IndexedMesh> {
+/// Writes a mesh, in the type of its coordinates where these are exact.
+fn write(
+    mesh: &IndexedMesh,
+    real: Option<Real>,
+    lattice: &Lattice,
+    format: MeshFormat,
+    output: &Output,
+) -> anyhow::Result<()> {
+    output.write(|out| match real {
+        Some(real) => format.write_exact(mesh, real, out),
+        None => format.write(mesh, Some(lattice), out),
+    })
+}
+
+/// The mesh to write, and the type of its coordinates where they are exact; on the lattice and without the triangles of the
+/// residue, where there are too many with them.
+fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<(IndexedMesh, Option<Real>)> {
     let fits = |residue: usize| {
         faces.is_none_or(|most| decoder.mesh().table.triangle_count() + residue <= most as usize)
     };
@@ -213,9 +229,12 @@ fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<IndexedMesh> {
             let mut residue = residue.clone();
             residue.triangles.clear();
             let walk = Walk::new(&decoder.mesh().table, &decoder.mesh().roots);
-            Ok(residue.assemble(decoder.mesh(), &walk, &contents.header.lattice))
+            Ok((residue.assemble(decoder.mesh(), &walk, &contents.header.lattice), None))
         }
-        _ => Ok(decoder.assembled()?),
+        _ => {
+            let correction = decoder.correction().filter(|_| decoder.level() == Some(0));
+            Ok((decoder.assembled()?, correction.map(|correction| correction.real)))
+        }
     }
 }
 
@@ -244,7 +263,14 @@ fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
     let done = vertices.saturating_sub(entry.vertices);
     let next = level.checked_sub(1).and_then(|finer| contents.level(finer)).filter(|_| done > 0);
     Ok(match next {
-        None if level == 0 => format!("level 0 of {base}, everything there is; error at most {error}"),
+        None if level == 0 => {
+            let exact = match (contents.correction().is_empty(), decoder.correction()) {
+                (true, _) => "everything there is; error",
+                (false, Some(_)) => "everything there is, bit for bit; error on the lattice",
+                (false, None) => "without the correction to exact coordinates; error",
+            };
+            format!("level 0 of {base}, {exact} at most {error}")
+        }
         None => format!("level {level} of {base}; error at most {error}"),
         Some(finer) => format!(
             "level {level} of {base} and {} of the {} operations to level {}; error of level {level} at most {error}",

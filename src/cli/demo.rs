@@ -3,6 +3,7 @@
 use super::describe::Description;
 use super::encode::{self, Encoded};
 use super::numbers::{count, grouped};
+use super::original;
 use super::output::{MeshFormat, Output, say};
 use super::progress::Progress;
 use super::uwm::Uwm;
@@ -65,7 +66,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
     let mut lines = vec!["Verified it:".to_owned()];
     let decoded = verify::check(&mut uwm, &mut progress, &mut lines)?;
-    verify::compare(&uwm, &decoded, &source.mesh, &ply.name, &mut lines)?;
+    original::compare(&uwm, &decoded, &source.mesh, &ply.name, &mut lines)?;
     say(&format!("{}\n\n", lines.join("\n  ")))?;
 
     let levels = shown(&uwm.contents);

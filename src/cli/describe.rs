@@ -20,13 +20,28 @@ pub struct Description {
 impl Description {
     /// Vertices that a full decode gives.
     pub fn vertices(&self) -> u64 {
+        if self.keeps_order() && self.told("input_vertices") > 0 {
+            return self.told("input_vertices");
+        }
         let sewn = self.residue.grouped_vertices - self.residue.groups;
-        u64::from(self.contents.header.vertices) + self.residue.extra_vertices as u64 - sewn as u64
+        let welded =
+            u64::from(self.contents.header.vertices) + self.residue.extra_vertices as u64 - sewn as u64;
+        if self.is_exact() { welded + self.told("zero_copies") } else { welded }
     }
 
     /// Triangles that a full decode gives.
     pub fn triangles(&self) -> u64 {
         u64::from(self.contents.header.triangles) + self.residue.triangles as u64
+    }
+
+    /// Whether level 0 has the input's coordinates, bit for bit.
+    pub fn is_exact(&self) -> bool {
+        !self.contents.correction().is_empty()
+    }
+
+    /// Whether level 0 has the input's lists of vertices and triangles.
+    pub fn keeps_order(&self) -> bool {
+        !self.contents.order().is_empty()
     }
 
     /// The diagonal of the input's bounding box; that of the lattice where the metadata do not tell.
@@ -49,18 +64,21 @@ impl Description {
                 "step": header.lattice.step,
                 "bits": header.lattice.bits,
             },
-            "exact": false,
+            "exact": self.is_exact(),
+            "keep_order": self.keeps_order(),
             "levels": self.levels().map(|level| self.level_json(&level)).collect::<Vec<_>>(),
             "keyframes": self.keyframes().map(|(level, bytes)| json!({
                 "level": level, "offset": bytes.start, "bytes": bytes.end - bytes.start,
             })).collect::<Vec<_>>(),
             "residue": {
-                "bytes": self.residue_bytes(),
+                "bytes": self.bytes_of(self.contents.residue()),
                 "triangles": self.residue.triangles,
                 "stitched_groups": self.residue.groups,
                 "reversed_triangles": self.residue.reversed_triangles,
                 "extra_vertices": self.residue.extra_vertices,
             },
+            "correction": { "bytes": self.bytes_of(self.contents.correction()) },
+            "order": { "bytes": self.bytes_of(self.contents.order()) },
             "input": self.metadata.as_ref().map(|m| json!({
                 "source": m.source,
                 "float32": m.source_float32,
@@ -141,7 +159,7 @@ impl Description {
             line("residue", &self.residue_text());
         }
         if let Some(metadata) = &self.metadata {
-            let told = |name: &str| told(metadata, name);
+            let told = |name: &str| self.told(name);
             let topology = [
                 count(told("components"), "component"),
                 count(told("handles"), "handle"),
@@ -161,6 +179,24 @@ impl Description {
         let lattice = &header.lattice;
         let step = of_diagonal(lattice.step, self.diagonal());
         line("lattice", &format!("{} bits a coordinate, step {step}", lattice.bits));
+        let told = |atoms| count(self.bytes_of(atoms), "byte");
+        if self.is_exact() {
+            let real = match self.metadata.as_ref().map(|m| m.source_float32) {
+                Some(true) => " as binary32",
+                Some(false) => " as binary64",
+                None => "",
+            };
+            line(
+                "exact",
+                &format!("level 0 has the input's coordinates{real} ({})", told(self.contents.correction())),
+            );
+        }
+        if self.keeps_order() {
+            line(
+                "order",
+                &format!("that of the input's vertices and triangles ({})", told(self.contents.order())),
+            );
+        }
         out
     }
 
@@ -173,7 +209,7 @@ impl Description {
             (extra_vertices, "extra vertex"),
         ];
         let parts: Vec<_> = parts.iter().filter(|(n, _)| *n > 0).map(|(n, noun)| count(*n, noun)).collect();
-        format!("{} ({})", parts.join(", "), count(self.residue_bytes(), "byte"))
+        format!("{} ({})", parts.join(", "), count(self.bytes_of(self.contents.residue()), "byte"))
     }
 
     /// Keyframes but the base: level and bytes.
@@ -182,8 +218,14 @@ impl Description {
         contents.segments().filter_map(|j| Some((j, contents.bytes(contents.keyframe(j)?))))
     }
 
-    fn residue_bytes(&self) -> u64 {
-        let bytes = self.contents.bytes(self.contents.residue());
+    /// What the metadata count under this name.
+    fn told(&self, name: &str) -> u64 {
+        let conditioning = self.metadata.iter().flat_map(|metadata| &metadata.conditioning);
+        conditioning.filter(|(n, _)| n == name).map(|&(_, count)| count).next().unwrap_or(0)
+    }
+
+    fn bytes_of(&self, atoms: std::ops::Range<usize>) -> u64 {
+        let bytes = self.contents.bytes(atoms);
         bytes.end - bytes.start
     }
 

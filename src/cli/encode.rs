@@ -17,6 +17,7 @@ use std::fs;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
 use unweld::formats::{self, Coordinates};
 use unweld::mesh::Lattice;
@@ -39,6 +40,12 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = Options::default().position_bits,
           value_parser = clap::value_parser!(u32).range(i64::from(Lattice::MIN_BITS)..=i64::from(Lattice::MAX_BITS)))]
     position_bits: u32,
+    /// Level 0 has the coordinates of the input, bit for bit
+    #[arg(long)]
+    exact: bool,
+    /// Level 0 has the vertices and triangles of the input in their order, none of them welded
+    #[arg(long)]
+    keep_order: bool,
     /// What matters most
     #[arg(long, value_enum, default_value = "default")]
     profile: Profile,
@@ -141,7 +148,7 @@ pub fn encode_to(
     let start = Instant::now();
     let source = input::read(input)?;
     let read = start.elapsed().as_secs_f64();
-    let Encoded { file, report } = encode(&source, input, options(args), settings(args), progress)?;
+    let Encoded { file, report } = encode(&source, input, options(args, &source), settings(args), progress)?;
     drop(source);
     let start = Instant::now();
     output.write(|out| out.write_all(&file))?;
@@ -212,9 +219,15 @@ pub fn report_text(description: &Description, report: &Report) -> String {
     )
 }
 
-fn options(args: &Args) -> Options {
+fn options(args: &Args, source: &formats::Source) -> Options {
+    let real = match source.coordinates {
+        Coordinates::Float32 => Real::Binary32,
+        Coordinates::Float64 | Coordinates::Text => Real::Binary64,
+    };
     Options {
         position_bits: args.position_bits,
+        exact: args.exact.then_some(real),
+        keep_order: args.keep_order,
         simplify: args.simplification.options(args.profile.of_library(), args.base_vertices),
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
@@ -235,6 +248,8 @@ fn settings(args: &Args) -> Vec<(String, String)> {
     };
     let mut settings = vec![
         ("position-bits".to_owned(), args.position_bits.to_string()),
+        ("exact".to_owned(), args.exact.to_string()),
+        ("keep-order".to_owned(), args.keep_order.to_string()),
         ("profile".to_owned(), value_name(&args.profile)),
         ("preview".to_owned(), value_name(&args.preview)),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
@@ -246,8 +261,10 @@ fn settings(args: &Args) -> Vec<(String, String)> {
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 10] = [
+const DEFAULTS: [(&str, &str); 12] = [
     ("position-bits", "14"),
+    ("exact", "false"),
+    ("keep-order", "false"),
     ("profile", "default"),
     ("preview", "off"),
     ("base-vertices", "auto"),
@@ -301,12 +318,14 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 6] {
+fn parts(report: &Report) -> [(&'static str, f64); 8] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),
         ("base", report.base_bits),
         ("residue", report.residue_bits),
+        ("correction", report.correction_bits),
+        ("order", report.order_bits),
         ("keyframes", report.keyframe_bits),
         ("other", report.other_bits),
     ]
@@ -347,6 +366,7 @@ EXAMPLES
   unweld encode part.stl -o part.uwm
   unweld encode bunny.ply.gz -o bunny.uwm --position-bits 12 --keyframes every:4
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
+  unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode - -o - < bunny.obj > bunny.uwm
   unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex
   unweld encode bunny.ply scans/ more/*.obj -o coded/ --jobs 4

@@ -13,6 +13,7 @@ mod inputs;
 mod measure;
 mod memory;
 mod numbers;
+mod original;
 mod output;
 mod progress;
 mod simplify;

@@ -7,6 +7,7 @@ use anyhow::Context;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
+use unweld::codec::grid::Real;
 use unweld::formats::{Precision, write_obj, write_ply, write_stl};
 use unweld::mesh::{IndexedMesh, Lattice};
 
@@ -193,6 +194,19 @@ impl MeshFormat {
             losses.push(format!("STL has binary32 numbers: coordinates rounded by up to {by}{kept}"));
         }
         losses
+    }
+
+    /// Writes a mesh of which the coordinates are exact; a PLY file has them in the type that they are of.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write_exact(self, mesh: &IndexedMesh, real: Real, mut out: &mut dyn Write) -> io::Result<()> {
+        match (self, real) {
+            (Self::Ply, Real::Binary32) => write_ply(mesh, Precision::Float32, &mut out),
+            (Self::Ply, Real::Binary64) => write_ply(mesh, Precision::Float64, &mut out),
+            (Self::Obj, _) => write_obj(mesh, &mut out),
+            (Self::Stl, _) => write_stl(mesh, &mut out),
+        }
     }
 }
 

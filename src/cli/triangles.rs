@@ -13,6 +13,24 @@ pub struct Fingerprint {
     sum: u128,
 }
 
+/// Whether the two zeros are one.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Zeros {
+    Alike,
+    Apart,
+}
+
+impl Zeros {
+    /// The bits of a number.
+    pub fn bits(self, x: f64) -> u64 {
+        match self {
+            // The sum is 0 for both.
+            Self::Alike => (x + 0.0).to_bits(),
+            Self::Apart => x.to_bits(),
+        }
+    }
+}
+
 /// Two multisets that differ.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Difference {
@@ -28,14 +46,14 @@ pub struct Difference {
 
 impl Fingerprint {
     /// Of a mesh with positions.
-    pub fn of(mesh: &IndexedMesh) -> Self {
-        corners(mesh).map(key).collect()
+    pub fn of(mesh: &IndexedMesh, zeros: Zeros) -> Self {
+        corners(mesh).map(|t| key(t, zeros)).collect()
     }
 
     /// Of a mesh on a lattice.
     pub fn of_level(mesh: &ProgressiveMesh, lattice: &Lattice) -> Self {
         let position = |v: unweld::mesh::Vertex| lattice.position(mesh.positions[v.index()]);
-        mesh.table.triangles().map(|t| key(mesh.table.triangle(t).map(position))).collect()
+        mesh.table.triangles().map(|t| key(mesh.table.triangle(t).map(position), Zeros::Alike)).collect()
     }
 }
 
@@ -51,9 +69,9 @@ impl FromIterator<Key> for Fingerprint {
 }
 
 /// How the triangles of `second` differ from those of `first`; `None` where they do not.
-pub fn difference(first: &IndexedMesh, second: &IndexedMesh) -> Option<Difference> {
+pub fn difference(first: &IndexedMesh, second: &IndexedMesh, zeros: Zeros) -> Option<Difference> {
     let sorted = |mesh| {
-        let mut keys: Vec<Key> = corners(mesh).map(key).collect();
+        let mut keys: Vec<Key> = corners(mesh).map(|t| key(t, zeros)).collect();
         keys.sort_unstable();
         keys
     };
@@ -86,9 +104,8 @@ fn corners(mesh: &IndexedMesh) -> impl Iterator<Item = [[f64; 3]; 3]> + '_ {
     mesh.triangles.iter().map(|t| t.map(|v| mesh.positions[v as usize]))
 }
 
-fn key(corners: [[f64; 3]; 3]) -> Key {
-    // Adding 0.0 makes one of the two zeros.
-    let [a, b, c] = corners.map(|p| p.map(|x| (x + 0.0).to_bits()));
+fn key(corners: [[f64; 3]; 3], zeros: Zeros) -> Key {
+    let [a, b, c] = corners.map(|p| p.map(|x| zeros.bits(x)));
     [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or([a, b, c])
 }
 
@@ -113,24 +130,35 @@ mod tests {
     fn rotation_and_order_do_not_matter_but_all_else_does() {
         let one = square(&[[0, 1, 2], [2, 3, 0], [0, 0, 1]]);
         let same = square(&[[0, 1, 0], [3, 0, 2], [1, 2, 0]]);
-        assert_eq!(Fingerprint::of(&one), Fingerprint::of(&same));
-        assert_eq!(difference(&one, &same), None);
+        let print = |mesh: &IndexedMesh| Fingerprint::of(mesh, Zeros::Alike);
+        assert_eq!(print(&one), print(&same));
+        assert_eq!(difference(&one, &same, Zeros::Alike), None);
         for other in [
             square(&[[0, 2, 1], [2, 3, 0], [0, 0, 1]]),
             square(&[[0, 1, 2], [2, 3, 0]]),
             square(&[[0, 1, 2], [0, 1, 2], [2, 3, 0], [0, 0, 1]]),
             square(&[[0, 1, 2], [2, 3, 0], [0, 1, 1]]),
         ] {
-            assert_ne!(Fingerprint::of(&one), Fingerprint::of(&other));
-            assert!(difference(&one, &other).is_some());
+            assert_ne!(print(&one), print(&other));
+            assert!(difference(&one, &other, Zeros::Alike).is_some());
         }
+    }
+
+    #[test]
+    fn zeros_are_one_or_two() {
+        let one = square(&[[2, 3, 0]]);
+        let mut other = one.clone();
+        other.positions[3][0] = 0.0;
+        assert_eq!(Fingerprint::of(&one, Zeros::Alike), Fingerprint::of(&other, Zeros::Alike));
+        assert_ne!(Fingerprint::of(&one, Zeros::Apart), Fingerprint::of(&other, Zeros::Apart));
+        assert_eq!(difference(&one, &other, Zeros::Apart).map(|d| (d.missing, d.extra)), Some((1, 1)));
     }
 
     #[test]
     fn differences_are_counted_with_repeats() {
         let first = square(&[[0, 1, 2], [0, 1, 2], [1, 2, 3]]);
         let second = square(&[[1, 2, 0], [3, 0, 1], [3, 0, 1], [1, 2, 3]]);
-        let difference = difference(&first, &second).unwrap();
+        let difference = difference(&first, &second, Zeros::Alike).unwrap();
         assert_eq!((difference.missing, difference.extra), (1, 2));
         assert!(difference.example_is_missing);
         assert_eq!(difference.example[0], [0.0; 3]);

@@ -3,19 +3,20 @@
 use super::args::size;
 use super::input;
 use super::numbers::{count, grouped};
+use super::original::{compare, lists_differ};
 use super::output::say;
 use super::progress::Progress;
-use super::triangles::{Fingerprint, difference};
+use super::triangles::{Fingerprint, Zeros};
 use super::uwm::Uwm;
 use anyhow::{anyhow, bail};
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 use unweld::container::{Plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
+use unweld::mesh::IndexedMesh;
 use unweld::mesh::topology::{Census, census};
-use unweld::mesh::{IndexedMesh, Lattice};
 
-/// Check a .uwm file; with ORIGINAL, also that it holds the same triangles
+/// Check a .uwm file; with ORIGINAL, also that it holds the same triangles, as exactly as it claims to
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -144,8 +145,15 @@ fn keyframes(
             }
             _ => Ok(()),
         })?;
-        if end == 0 && Fingerprint::of(&decoder.assembled()?) != Fingerprint::of(mesh) {
-            bail!("{name}: the residue from the keyframe of level {start} is not what the replay gives");
+        if end > 0 {
+            continue;
+        }
+        let (back, print) = (decoder.assembled()?, |mesh| Fingerprint::of(mesh, Zeros::Apart));
+        let ordered = decoder.order().is_some();
+        if print(&back) != print(mesh) || (ordered && lists_differ(&back, mesh, Zeros::Apart).is_some()) {
+            bail!(
+                "{name}: level 0 from the keyframe of level {start}, residue and all, is not what the replay gives"
+            );
         }
     }
     let text = match starts.len() {
@@ -156,55 +164,19 @@ fn keyframes(
     Ok(())
 }
 
-/// The way from the keyframe of level `start` to level `end`, whether that has a keyframe or not; at level 0 with the
-/// residue.
+/// The way from the keyframe of level `start` to level `end`, whether that has a keyframe or not; at level 0 with
+/// all that belongs to it.
 fn segment(uwm: &Uwm, start: u32, end: u32) -> Plan {
     let contents = &uwm.contents;
     let mut runs = vec![contents.keyframe(start).unwrap_or(0..0)];
     if start > end {
         runs.push(contents.steps(start - 1).start..contents.steps(end).end);
     }
-    if end == 0 && !contents.residue().is_empty() {
-        runs.push(contents.residue());
+    if end == 0 && !contents.beyond_mesh().is_empty() {
+        runs.push(contents.beyond_mesh());
     }
     let parts = runs.into_iter().map(|atoms| uwm.part(atoms)).collect();
     Plan { start, parts, ..plan_from_keyframe(contents, end) }
-}
-
-/// Whether the mesh is `original`, on the lattice of the file.
-///
-/// # Errors
-/// How they differ, with the name of the file.
-pub fn compare(
-    uwm: &Uwm,
-    mesh: &IndexedMesh,
-    original: &IndexedMesh,
-    original_name: &str,
-    lines: &mut Vec<String>,
-) -> anyhow::Result<()> {
-    let lattice = &uwm.contents.header.lattice;
-    let original = quantised(original, lattice);
-    if Fingerprint::of(mesh) == Fingerprint::of(&original) {
-        let triangles = count(original.triangles.len() as u64, "triangle");
-        lines.push(format!(
-            "original    {original_name}: the same {triangles}, to the lattice of {} bits",
-            lattice.bits
-        ));
-        return Ok(());
-    }
-    let Some(d) = difference(&original, mesh) else { return Ok(()) };
-    let [a, b, c] = d.example.map(|[x, y, z]| format!("({x}, {y}, {z})"));
-    let example = if d.example_is_missing { "missing" } else { "extra" };
-    let (missing, extra) = (grouped(d.missing as u64), grouped(d.extra as u64));
-    bail!(
-        "{}: not {original_name}: {missing} triangles missing, {extra} extra; {example} for example {a} {b} {c}",
-        uwm.name
-    )
-}
-
-fn quantised(mesh: &IndexedMesh, lattice: &Lattice) -> IndexedMesh {
-    let positions = mesh.positions.iter().map(|&p| lattice.position(lattice.quantise(p))).collect();
-    IndexedMesh::new(positions, mesh.triangles.clone())
 }
 
 const EXAMPLES: &str = "\

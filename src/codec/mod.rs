@@ -1,11 +1,15 @@
-//! History <-> opaque payloads: walk, keyframes, refinements, residue (spec §4 to §8).
+//! History <-> opaque payloads: walk, keyframes, refinements, residue, correction, order (spec §4 to §8, §10, §11).
 
 #[cfg(feature = "encode")]
 pub mod answers;
 mod context;
+pub mod correction;
 pub mod edgebreaker;
+mod extents;
+pub mod grid;
 pub mod keyframe;
-pub mod places;
+pub mod order;
+mod places;
 pub mod position;
 pub mod precision;
 pub mod refinement;

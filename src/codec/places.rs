@@ -1,186 +1,91 @@
-//! Where the vertices are, and how large everything is round them (spec §5.5.1).
+//! A set of places from which one after the other is taken: which is the k-th left, and how many are left below one.
 
-use super::vector::{Vector, truncate_long};
-use crate::mesh::Vertex;
-use crate::refine::ProgressiveMesh;
-
-/// What a level pass knows of a vertex.
-#[derive(Clone, Copy, Debug)]
-#[repr(align(32))]
-pub struct Place {
-    /// Its cell.
-    pub cell: Vector,
-    /// Sum of the squared lengths of its edges, each rounded down to an integer: in integers their order does not matter.
-    squares: i64,
-    /// How many edges it has.
-    edges: i32,
-    /// The last new vertex whose link it was on.
-    pub linked: Vertex,
-}
-
-impl Place {
-    fn nowhere() -> Self {
-        Self { cell: Vector::default(), squares: 0, edges: 0, linked: Vertex::NONE }
-    }
-}
-
-/// The vertices of a mesh under refinement, by number.
-#[derive(Clone, Debug, Default)]
+/// The places below some number that have not been taken. All takes time log n (Fenwick 1994).
+#[derive(Debug)]
 pub struct Places {
-    places: Vec<Place>,
-    precision: u32,
+    /// At place k, counted from 1, how many are left of those from k - (lowest bit of k) to k - 1.
+    sums: Vec<u32>,
+    taken: bitvec::vec::BitVec,
+    left: usize,
 }
-
-/// Classes of [`Places::class`].
-pub const CLASSES: usize = 20;
 
 impl Places {
-    /// Measures a mesh in cells of side 2^`precision`.
-    pub fn new(mesh: &ProgressiveMesh, precision: u32) -> Self {
-        let mut this = Self { places: Vec::with_capacity(mesh.positions.capacity()), precision };
-        for (v, &position) in (0..).map(Vertex).zip(&mesh.positions) {
-            this.put(v, position);
+    /// All places below `count`.
+    pub fn new(count: usize) -> Self {
+        let lowest_bit = |k: usize| 1u32 << k.trailing_zeros();
+        Self {
+            sums: (1..=count).map(lowest_bit).collect(),
+            taken: bitvec::vec::BitVec::repeat(false, count),
+            left: count,
         }
-        for c in mesh.table.triangles().flat_map(|t| t.corners()) {
-            // NONE is the largest number: every edge is met once.
-            if c < mesh.table.opposite(c) {
-                let (a, b) = mesh.table.edge(c);
-                this.count_edge(a, b, true);
+    }
+
+    /// Whether `place` has been taken.
+    pub fn is_taken(&self, place: usize) -> bool {
+        self.taken[place]
+    }
+
+    /// How many are left below `place`.
+    pub fn below(&self, place: usize) -> usize {
+        let (mut k, mut sum) = (place, 0);
+        while k > 0 {
+            sum += self.sums[k - 1] as usize;
+            k &= k - 1;
+        }
+        sum
+    }
+
+    /// The `k`-th of those that are left, counted from 0, if there are so many.
+    pub fn nth(&self, mut k: usize) -> Option<usize> {
+        if k >= self.left {
+            return None;
+        }
+        let (mut place, mut step) = (0, self.sums.len().checked_ilog2().map_or(0, |bits| 1 << bits));
+        while step > 0 {
+            if let Some(&sum) = self.sums.get(place + step - 1).filter(|&&sum| sum as usize <= k) {
+                k -= sum as usize;
+                place += step;
             }
+            step >>= 1;
         }
-        this
+        Some(place)
     }
 
-    /// The precision it was measured at.
-    pub fn precision(&self) -> u32 {
-        self.precision
-    }
-
-    /// The place of a vertex of the mesh.
-    #[inline(always)]
-    pub fn at(&self, v: Vertex) -> &Place {
-        &self.places[v.index()]
-    }
-
-    /// The cell of a vertex.
-    #[inline(always)]
-    pub fn cell(&self, v: Vertex) -> Vector {
-        self.at(v).cell
-    }
-
-    /// How many edges a vertex has, and the sum of their squares.
-    #[cfg(test)]
-    pub fn extent(&self, v: Vertex) -> (i32, i64) {
-        (self.at(v).edges, self.at(v).squares)
-    }
-
-    /// Says that `w` is on the link of `v`.
-    #[inline(always)]
-    pub fn link(&mut self, w: Vertex, v: Vertex) {
-        self.places[w.index()].linked = v;
-    }
-
-    /// Makes room for so many vertices in all.
-    pub fn reserve(&mut self, vertices: usize) {
-        self.places.reserve_exact(vertices.saturating_sub(self.places.len()));
-    }
-
-    /// Puts a vertex, without edges, where it is at full scale.
-    #[inline]
-    pub fn put(&mut self, v: Vertex, position: [i32; 3]) {
-        let cell = Vector::of_cell(position.map(|x| x >> self.precision));
-        let place = Place { cell, ..Place::nowhere() };
-        if v.index() == self.places.len() {
-            self.places.push(place);
-        } else {
-            // A writer's vertices come in an order of its own.
-            self.places.resize(self.places.len().max(v.index() + 1), Place::nowhere());
-            self.places[v.index()] = place;
+    /// Takes a place that is left.
+    pub fn take(&mut self, place: usize) {
+        debug_assert!(!self.taken[place]);
+        self.taken.set(place, true);
+        self.left -= 1;
+        let mut k = place + 1;
+        while let Some(sum) = self.sums.get_mut(k - 1) {
+            *sum -= 1;
+            k += k & k.wrapping_neg();
         }
     }
-
-    /// Counts an edge that has appeared, or one that is about to go.
-    #[inline]
-    pub fn count_edge(&mut self, a: Vertex, b: Vertex, is_new: bool) {
-        let edge = self.cell(b) - self.cell(a);
-        let square = length_squared(edge);
-        let (square, one) = if is_new { (square, 1) } else { (-square, -1) };
-        for v in [a, b] {
-            let place = &mut self.places[v.index()];
-            place.squares = place.squares.wrapping_add(square);
-            place.edges += one;
-        }
-    }
-
-    /// Counts the edges of a new vertex to its link.
-    #[inline(always)]
-    pub fn spokes(&mut self, v: Vertex) -> Spokes<'_> {
-        Spokes { at: self.cell(v), places: &mut self.places, v, squares: 0, edges: 0 }
-    }
-
-    /// How long an edge is beside those round it: the class of its squared length over the mean of those of the edges at its ends.
-    #[inline(always)]
-    pub fn class(&self, a: Vertex, b: Vertex) -> usize {
-        let (a, b) = (self.at(a), self.at(b));
-        let (edge, edges) = (b.cell - a.cell, (a.edges + b.edges) as f32);
-        let size = edge.dot(edge) * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
-        // Quarter octaves from 2^-2.5 on: the leading bits of the number.
-        ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(CLASSES - 1)
-    }
 }
 
-/// The edges of a new vertex while they are counted.
-pub struct Spokes<'a> {
-    places: &'a mut [Place],
-    v: Vertex,
-    at: Vector,
-    squares: i64,
-    edges: i32,
-}
-
-impl Spokes<'_> {
-    /// Counts the edge to `w`.
-    #[inline(always)]
-    pub fn count(&mut self, w: Vertex) {
-        let place = &mut self.places[w.index()];
-        let square = length_squared(place.cell - self.at);
-        place.squares = place.squares.wrapping_add(square);
-        place.edges += 1;
-        self.squares = self.squares.wrapping_add(square);
-        self.edges += 1;
-    }
-
-    /// All edges have been counted.
-    #[inline(always)]
-    pub fn finish(self) {
-        let place = &mut self.places[self.v.index()];
-        (place.squares, place.edges) = (self.squares, self.edges);
-    }
-}
-
-/// Rounded down to an integer.
-#[inline(always)]
-fn length_squared(v: Vector) -> i64 {
-    truncate_long(v.dot(v))
-}
-
-#[cfg(all(test, feature = "encode"))]
+#[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::CornerTable;
-    use crate::refine::Roots;
+    use proptest::prelude::*;
 
-    /// The square of the specification (spec §5.7.1).
-    #[test]
-    fn a_square_and_its_diagonal() {
-        let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
-        let positions = vec![[0, 0, 0], [255, 0, 0], [255, 255, 0], [0, 255, 0]];
-        let roots = Roots::choose(&table);
-        let places = Places::new(&ProgressiveMesh { table, positions, roots }, 0);
-        let extents: Vec<_> = (0..4).map(|v| places.extent(Vertex(v))).collect();
-        assert_eq!(extents, [(3, 260_100), (2, 130_050), (3, 260_100), (2, 130_050)]);
-        // 65025 * 5 / 390150 = 0.83, the third quarter of the octave from 2^-1 on; 130050 * 6 / 520200 = 1.5, the third of that from 1.
-        assert_eq!(places.class(Vertex(0), Vertex(1)), 8);
-        assert_eq!(places.class(Vertex(2), Vertex(0)), 12);
+    proptest! {
+        #[test]
+        fn as_a_list_would(count in 1..60usize, takes in prop::collection::vec(any::<prop::sample::Index>(), 0..60)) {
+            let mut places = Places::new(count);
+            let mut list: Vec<usize> = (0..count).collect();
+            for take in takes {
+                for k in 0..=count {
+                    prop_assert_eq!(places.nth(k), list.get(k).copied());
+                    prop_assert_eq!(places.below(k), list.iter().filter(|&&place| place < k).count());
+                }
+                if list.is_empty() {
+                    break;
+                }
+                let place = list.remove(take.index(list.len()));
+                places.take(place);
+                prop_assert!(places.is_taken(place));
+            }
+        }
     }
 }

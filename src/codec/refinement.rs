@@ -1,7 +1,7 @@
 //! A refinement level, operation by operation: splits with positions and flips, face splits, attachments (spec §5.3 to §5.5).
 
 use super::context::{self, ANGLES, BENDS};
-use super::places::{self, Places};
+use super::extents::{self, Extents};
 use super::position::{PositionModels, Surroundings};
 use super::vector::{Vector, truncate};
 use super::walk::Walk;
@@ -15,7 +15,7 @@ pub const MAX_STAR: usize = 64;
 /// The models of refinements. They start afresh with each segment (spec §5.2).
 #[derive(Clone, Debug)]
 pub struct SegmentModels {
-    split: [[[Bit; places::CLASSES]; 8]; 2],
+    split: [[[Bit; extents::CLASSES]; 8]; 2],
     flip: [[Bit; ANGLES]; BENDS],
     face: Bit,
     attach: Bit,
@@ -26,7 +26,7 @@ pub struct SegmentModels {
 impl Default for SegmentModels {
     fn default() -> Self {
         Self {
-            split: [[[Bit::NEW; places::CLASSES]; 8]; 2],
+            split: [[[Bit::NEW; extents::CLASSES]; 8]; 2],
             flip: [[Bit::NEW; ANGLES]; BENDS],
             face: Bit::NEW,
             attach: Bit::NEW,
@@ -126,7 +126,7 @@ enum Pass {
 pub struct LevelPass {
     walk: Walk,
     visited: Vec<bool>,
-    places: Places,
+    extents: Extents,
     /// By slot: [`STAR`] for a triangle in the star of a vertex of this level, else how many of its edges are boundary or have
     /// a star beyond.
     states: Vec<u8>,
@@ -158,7 +158,7 @@ impl LevelPass {
         let mut this = Self {
             walk: Walk::default(),
             visited: Vec::new(),
-            places: Places::new(mesh, precision),
+            extents: Extents::new(mesh, precision),
             states: Vec::new(),
             boundary: Vec::new(),
             pass: Pass::Split,
@@ -173,7 +173,7 @@ impl LevelPass {
         this
     }
 
-    /// The pass of the next level, for the mesh that this one has led to. It is the same as a new one: places need not be
+    /// The pass of the next level, for the mesh that this one has led to. It is the same as a new one: extents need not be
     /// measured again, and lists keep their memory.
     pub fn next(mut self, mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
         if precision != self.precision {
@@ -182,20 +182,20 @@ impl LevelPass {
         self.pass = Pass::Split;
         self.cursor = 0;
         self.position_bits = 0.0;
-        self.places.reserve(mesh.positions.capacity());
+        self.extents.reserve(mesh.positions.capacity());
         self.walk(mesh);
         self
     }
 
-    /// Whether places are what a new measurement would find.
+    /// Whether extents are what a new measurement would find.
     #[cfg(test)]
     pub(super) fn is_measured(&self, mesh: &ProgressiveMesh) -> bool {
-        let fresh = Places::new(mesh, self.precision);
+        let fresh = Extents::new(mesh, self.precision);
         let used = |v: &Vertex| mesh.table.corner_of(*v).is_some();
         (0..mesh.positions.len() as u32)
             .map(Vertex)
             .filter(used)
-            .all(|v| self.places.extent(v) == fresh.extent(v))
+            .all(|v| self.extents.extent(v) == fresh.extent(v))
     }
 
     fn walk(&mut self, mesh: &ProgressiveMesh) {
@@ -265,7 +265,7 @@ impl LevelPass {
                 left - 1
             };
             let (a, b) = table.edge(k);
-            let class = self.places.class(a, b);
+            let class = self.extents.class(a, b);
             let model = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7][class];
             if under.coder.bit(model, || under.answers.split(table, k)) {
                 under.coder.check()?;
@@ -284,8 +284,8 @@ impl LevelPass {
         let table = &under.mesh.table;
         let (a, b) = table.edge(k);
         let o = table.opposite(k);
-        let start = self.places.cell(a);
-        let to = |c: Corner| self.places.cell(table.vertex(c)) - start;
+        let start = self.extents.cell(a);
+        let to = |c: Corner| self.extents.cell(table.vertex(c)) - start;
         let mut wings = (Vector::default(), 0.0);
         let mut add_wings = |c: Corner| {
             for beyond in [table.opposite(c.next()), table.opposite(c.prev())] {
@@ -300,14 +300,14 @@ impl LevelPass {
         }
         let around = Surroundings {
             start: self.cell(a),
-            edge: self.places.cell(b) - start,
+            edge: self.extents.cell(b) - start,
             left: to(k),
             right: o.is_some().then(|| to(o)),
             wings,
         };
         let (v, position) =
             self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
-        self.places.count_edge(a, b, false);
+        self.extents.count_edge(a, b, false);
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
         self.place(under.mesh, v, position);
         self.begin(v, Site::Edge(a, b));
@@ -325,10 +325,10 @@ impl LevelPass {
         for (place, &c) in self.queue.iter_mut().zip(corners) {
             *place = c;
             let (p, q) = under.mesh.table.edge(c);
-            self.places.link(p, v);
-            self.places.link(q, v);
+            self.extents.link(p, v);
+            self.extents.link(q, v);
         }
-        let pv = self.places.cell(v);
+        let pv = self.extents.cell(v);
         let mut size = corners.len();
         let (mut head, mut tail) = (0, size);
         while head < tail && size < MAX_STAR {
@@ -340,20 +340,20 @@ impl LevelPass {
                 continue;
             }
             let r = table.vertex(o);
-            let far = self.places.at(r);
+            let far = self.extents.at(r);
             if far.linked == v {
                 continue;
             }
             let (p, q) = table.edge(c);
-            let (angle, bend) = context::link_edge(pv, self.places.cell(p), self.places.cell(q), far.cell);
+            let (angle, bend) = context::link_edge(pv, self.extents.cell(p), self.extents.cell(q), far.cell);
             let model = &mut under.models.flip[bend][angle];
             if under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
                 let other = stellar::flip(&mut under.mesh.table, c);
                 self.queue[tail & (2 * MAX_STAR - 1)] = c;
                 self.queue[(tail + 1) & (2 * MAX_STAR - 1)] = other;
                 tail += 2;
-                self.places.count_edge(p, q, false);
-                self.places.link(r, v);
+                self.extents.count_edge(p, q, false);
+                self.extents.link(r, v);
                 self.star(other);
                 size += 1;
                 self.inserted.flips.push(p);
@@ -386,7 +386,7 @@ impl LevelPass {
         let v = self.inserted.vertex;
         let flipped = self.inserted.flips.iter().copied().zip(self.inserted.ends.iter().copied());
         mesh.roots.insert(&mesh.table, v, beside, flipped.chain(split));
-        let mut spokes = self.places.spokes(v);
+        let mut spokes = self.extents.spokes(v);
         for &c in &self.inserted.star {
             let [_, p, q] = mesh.table.vertices_from(c);
             let [beyond, behind, _] = mesh.table.opposites_from(c);
@@ -415,7 +415,7 @@ impl LevelPass {
             }
             under.coder.check()?;
             let [x, y, z] = [c, c.next(), c.prev()].map(|c| under.mesh.table.vertex(c));
-            let [px, py, pz] = [x, y, z].map(|w| self.places.cell(w));
+            let [px, py, pz] = [x, y, z].map(|w| self.extents.cell(w));
             let (start, middle) = (self.cell(x), ((py - px) + (pz - px)) * (1.0 / 3.0));
             let size = (py - px).dot(py - px).max((pz - px).dot(pz - px)).sqrt();
             let (v, position) = self
@@ -447,7 +447,7 @@ impl LevelPass {
                 continue;
             }
             under.coder.check()?;
-            let edge = self.places.cell(b) - self.places.cell(a);
+            let edge = self.extents.cell(b) - self.extents.cell(a);
             let (start, middle, size) = (self.cell(a), edge * 0.5, edge.dot(edge).sqrt());
             let (v, position) = self
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
@@ -463,13 +463,13 @@ impl LevelPass {
 
     #[inline]
     fn cell(&self, v: Vertex) -> [i32; 3] {
-        self.places.cell(v).coordinates().map(truncate)
+        self.extents.cell(v).coordinates().map(truncate)
     }
 
     #[inline]
     fn place(&mut self, mesh: &mut ProgressiveMesh, v: Vertex, position: [i32; 3]) {
         mesh.set_position(v, position);
-        self.places.put(v, position);
+        self.extents.put(v, position);
     }
 
     /// Codes where the next vertex lies. Returns its number and full-scale position.

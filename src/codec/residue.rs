@@ -52,7 +52,7 @@ pub struct ResidueCounts {
 pub const MAX_OUTSIDE: i32 = (1 << 30) - 1;
 const NONE: u32 = u32::MAX;
 
-/// Why a residue cannot be read.
+/// Why a residue, a correction or an order cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ResidueError {
     /// The code ends early or holds an impossible number.
@@ -266,47 +266,84 @@ impl Residue {
     /// Level 0 with everything that belongs to the input: vertices of a group are one again, reversed triangles are
     /// turned back, further vertices and triangles are added.
     pub fn assemble(&self, mesh: &ProgressiveMesh, walk: &Walk, lattice: &Lattice) -> IndexedMesh {
+        self.whole(mesh, walk).on_lattice(lattice)
+    }
+
+    /// As [`Residue::assemble`], vertices still as points of the lattice.
+    pub fn whole(&self, mesh: &ProgressiveMesh, walk: &Walk) -> Whole {
         let order = walk.vertices(&mesh.table);
         let mut place = vec![NONE; mesh.table.vertex_slots()];
         for (k, v) in order.iter().enumerate() {
             place[v.index()] = k as u32;
         }
-        // The output number of each place, then of each extra.
         let mut first = HashMap::new();
-        let mut names: Vec<u32> = Vec::with_capacity(order.len() + self.extras.len());
-        let mut out = IndexedMesh::default();
+        let mut whole =
+            Whole { names: Vec::with_capacity(order.len() + self.extras.len()), ..Whole::default() };
         for (k, v) in order.iter().enumerate() {
-            let fresh = out.positions.len() as u32;
+            let fresh = whole.vertices.len() as u32;
             let name = match self.groups.get(k) {
                 Some(&group) if group != NONE => *first.entry(group).or_insert(fresh),
                 _ => fresh,
             };
-            names.push(name);
+            whole.names.push(name);
             if name == fresh {
-                out.positions.push(lattice.position(mesh.positions[v.index()]));
+                whole.vertices.push(Extra::Lattice(mesh.positions[v.index()]));
             }
         }
         for extra in &self.extras {
-            names.push(out.positions.len() as u32);
-            out.positions.push(match *extra {
-                Extra::Lattice(q) => lattice.position(q),
-                Extra::Exact(p) => p,
-            });
+            whole.names.push(whole.vertices.len() as u32);
+            whole.vertices.push(*extra);
         }
         for (k, &c) in walk.triangles.iter().enumerate() {
-            let mut t = [c, c.next(), c.prev()].map(|c| names[place[mesh.table.vertex(c).index()] as usize]);
-            if self.flipped.get(k).is_some_and(|flipped| *flipped) {
+            let mut t =
+                [c, c.next(), c.prev()].map(|c| whole.names[place[mesh.table.vertex(c).index()] as usize]);
+            if self.is_flipped(k) {
                 t.swap(1, 2);
             }
-            out.triangles.push(t);
+            whole.triangles.push(t);
         }
-        out.triangles.extend(self.triangles.iter().map(|t| t.map(|v| names[v as usize])));
-        out
+        let further = self.triangles.iter().map(|t| t.map(|v| whole.names[v as usize]));
+        whole.triangles.extend(further);
+        whole
+    }
+
+    /// Whether the input had triangle `k` of the walk the other way round.
+    pub fn is_flipped(&self, k: usize) -> bool {
+        self.flipped.get(k).is_some_and(|flipped| *flipped)
+    }
+}
+
+/// The whole of level 0 (spec §8.5).
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Whole {
+    /// Its vertices.
+    pub vertices: Vec<Extra>,
+    /// Its triangles: those of the walk, each from its corner there, then the further ones.
+    pub triangles: Vec<[u32; 3]>,
+    /// For each place in the walk, then for each further vertex, its number among `vertices`.
+    pub names: Vec<u32>,
+}
+
+impl Whole {
+    /// Its vertices in their places on the lattice.
+    pub fn on_lattice(self, lattice: &Lattice) -> IndexedMesh {
+        let positions = self.vertices.iter().map(|vertex| vertex.position(lattice)).collect();
+        IndexedMesh::new(positions, self.triangles)
+    }
+}
+
+impl Extra {
+    /// Where it is.
+    pub fn position(&self, lattice: &Lattice) -> [f64; 3] {
+        match *self {
+            Self::Lattice(q) => lattice.position(q),
+            Self::Exact(p) => p,
+        }
     }
 }
 
 /// Debits the budget for some further items ahead.
-fn spend(budget: &mut Budget, k: usize) -> Result<(), ResidueError> {
+pub(super) fn spend(budget: &mut Budget, k: usize) -> Result<(), ResidueError> {
     if k.is_multiple_of(1024) {
         budget.take_memory(1024, 64).map_err(ResidueError::Limit)?;
         budget.take_work(1024 * 16).map_err(ResidueError::Limit)?;

@@ -35,6 +35,10 @@ pub enum AtomKind {
     Metadata,
     /// A part of a keyframe.
     Keyframe,
+    /// The input's coordinates, exactly.
+    Correction,
+    /// The order of the input's vertices and triangles.
+    Order,
     /// Something this version does not know and may skip; 128 or above.
     Optional(u8),
 }
@@ -49,6 +53,8 @@ impl AtomKind {
             3 => Self::Residue,
             4 => Self::Metadata,
             5 => Self::Keyframe,
+            6 => Self::Correction,
+            7 => Self::Order,
             128.. => Self::Optional(byte),
             _ => return None,
         })
@@ -63,6 +69,8 @@ impl AtomKind {
             Self::Residue => 3,
             Self::Metadata => 4,
             Self::Keyframe => 5,
+            Self::Correction => 6,
+            Self::Order => 7,
             Self::Optional(byte) => byte,
         }
     }
@@ -76,6 +84,8 @@ impl AtomKind {
             Self::Precision => (1, depth, 0),
             Self::Refinement => (1, depth, 1),
             Self::Residue => (2, 0, 0),
+            Self::Correction => (2, 0, 1),
+            Self::Order => (2, 0, 2),
             Self::Metadata => (3, 0, 0),
             Self::Keyframe => (4, depth, 0),
             Self::Optional(_) => return None,
@@ -88,8 +98,8 @@ impl AtomKind {
 pub struct Atom {
     /// What it holds.
     pub kind: AtomKind,
-    /// The level it belongs to or leads to; 0 for residue and metadata, without meaning for
-    /// [`AtomKind::Optional`].
+    /// The level it belongs to or leads to; 0 for residue, correction, order and metadata,
+    /// without meaning for [`AtomKind::Optional`].
     pub level: u32,
     /// Where it starts, in bytes from the start of the file.
     pub offset: u64,
@@ -130,6 +140,8 @@ pub struct Contents {
     pub(super) steps: Vec<Range<usize>>,
     pub(super) keyframes: Vec<Range<usize>>,
     pub(super) residue: Range<usize>,
+    pub(super) correction: Range<usize>,
+    pub(super) order: Range<usize>,
     pub(super) metadata: Range<usize>,
 }
 
@@ -158,6 +170,22 @@ impl Contents {
     /// The residue's atoms; empty where there is none.
     pub fn residue(&self) -> Range<usize> {
         self.residue.clone()
+    }
+
+    /// The correction's atoms; empty where coordinates are those of the lattice.
+    pub fn correction(&self) -> Range<usize> {
+        self.correction.clone()
+    }
+
+    /// The order's atoms; empty where the order of the input was not kept.
+    pub fn order(&self) -> Range<usize> {
+        self.order.clone()
+    }
+
+    /// All atoms of what level 0 has beyond its mesh: residue, correction, order; empty where there are none.
+    pub fn beyond_mesh(&self) -> Range<usize> {
+        let runs = [&self.residue, &self.correction, &self.order].into_iter().filter(|run| !run.is_empty());
+        runs.cloned().reduce(|all, run| all.start..run.end).unwrap_or(0..0)
     }
 
     /// The metadata's atoms; empty where there is none.

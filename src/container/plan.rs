@@ -15,7 +15,7 @@ pub enum Want {
     MaxError(f64),
     /// As many atoms as fit into so many bytes, header and table included.
     PrefixBytes(u64),
-    /// Level 0, residue and metadata.
+    /// Level 0, residue, correction, order and metadata.
     All,
 }
 
@@ -94,18 +94,19 @@ pub fn plan(contents: &Contents, want: Want) -> Plan {
 }
 
 /// The way to level `level` that skips most of the file: from the finest keyframe that is not finer, or from
-/// the base where there is none. A level coarser than the base is taken for the base; level 0 comes with the residue.
+/// the base where there is none. A level coarser than the base is taken for the base; level 0 comes with residue,
+/// correction and order.
 pub fn plan_from_keyframe(contents: &Contents, level: u32) -> Plan {
     let base = contents.base_level();
     let level = level.min(base);
     let start = (level..=base).find(|&j| contents.starts_segment(j)).unwrap_or(base);
     let mut parts = vec![part(contents, contents.keyframe(start).unwrap_or(contents.steps(base)))];
-    let residue = if level == 0 { contents.residue() } else { 0..0 };
+    let beyond = if level == 0 { contents.beyond_mesh() } else { 0..0 };
     if start > level {
-        let end = contents.steps(level).end.max(residue.end);
+        let end = contents.steps(level).end.max(beyond.end);
         parts.push(part(contents, contents.steps(start - 1).start..end));
-    } else if !residue.is_empty() {
-        parts.push(part(contents, residue));
+    } else if !beyond.is_empty() {
+        parts.push(part(contents, beyond));
     }
     let reached = &contents.levels[level as usize];
     Plan { start, level, complete: true, vertices: reached.vertices, triangles: reached.triangles, parts }

@@ -124,7 +124,9 @@ fn check_atom(atom: &Atom, header: &Header) -> Result<(), String> {
     let (level_fits, counts_fit) = match kind {
         AtomKind::Base => (level == base, items == 0 && triangles == 0),
         AtomKind::Keyframe => (level < base, items == 0 && triangles == 0),
-        AtomKind::Residue | AtomKind::Metadata => (level == 0, items == 0 && triangles == 0),
+        AtomKind::Residue | AtomKind::Correction | AtomKind::Order | AtomKind::Metadata => {
+            (level == 0, items == 0 && triangles == 0)
+        }
         AtomKind::Precision => (level < base, items >= 1 && triangles == 0),
         AtomKind::Refinement => (level < base, items >= 1 && grows(items, triangles)),
         AtomKind::Optional(_) => (true, true),
@@ -177,7 +179,7 @@ fn check_sums(levels: &[Level], atoms: &[Atom]) -> Result<(), String> {
 fn assemble(header: Header, levels: Vec<Level>, mut atoms: Vec<Atom>) -> Contents {
     let mut steps = vec![0..0; levels.len()];
     let mut keyframes = steps.clone();
-    let (mut residue, mut metadata) = (0..0, 0..0);
+    let [mut residue, mut correction, mut order, mut metadata] = [const { 0..0 }; 4];
     let (mut vertices, mut triangles) = (header.base_vertices, header.base_triangles);
     for (index, atom) in atoms.iter_mut().enumerate() {
         if atom.kind == AtomKind::Refinement {
@@ -189,6 +191,8 @@ fn assemble(header: Header, levels: Vec<Level>, mut atoms: Vec<Atom>) -> Content
         match atom.kind {
             AtomKind::Base | AtomKind::Precision | AtomKind::Refinement => extend(&mut steps[j], index),
             AtomKind::Residue => extend(&mut residue, index),
+            AtomKind::Correction => extend(&mut correction, index),
+            AtomKind::Order => extend(&mut order, index),
             AtomKind::Metadata => extend(&mut metadata, index),
             AtomKind::Keyframe => {
                 extend(&mut keyframes[j], index);
@@ -203,7 +207,7 @@ fn assemble(header: Header, levels: Vec<Level>, mut atoms: Vec<Atom>) -> Content
         atom.last = rank.is_none() || rank != next;
         next = rank.or(next);
     }
-    Contents { header, levels, atoms, steps, keyframes, residue, metadata }
+    Contents { header, levels, atoms, steps, keyframes, residue, correction, order, metadata }
 }
 
 fn extend(run: &mut Range<usize>, index: usize) {
@@ -414,7 +418,7 @@ mod tests {
         );
         let many = told(88 + 28, "3.6", "the number of atoms is 1048577, allowed 1048576");
         assert_eq!(fault_in_table(|t| drop(t.splice(28..29, [0x81, 0x80, 0x40]))), many);
-        assert_eq!(fault_in_table(|t| t[29] = 6), told(88 + 29, "3.3", "unknown kind of atom 6"));
+        assert_eq!(fault_in_table(|t| t[29] = 8), told(88 + 29, "3.3", "unknown kind of atom 8"));
         assert_eq!(fault_in_table(|t| t[29] = 127), told(88 + 29, "3.3", "unknown kind of atom 127"));
         let long = told(88 + 31, "3.6", "the length of an atom is 65537, allowed 65536");
         assert_eq!(fault_in_table(|t| drop(t.splice(31..32, [0x81, 0x80, 4]))), long);

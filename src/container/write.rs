@@ -47,7 +47,7 @@ impl FileBuilder {
         self.pieces.push(Piece { kind, level, items, triangles, bytes });
     }
 
-    /// Adds the payload of a base, keyframe, residue or metadata, cut into as many atoms as it takes.
+    /// Adds the payload of a base, keyframe, residue, correction, order or metadata, cut into as many atoms as it takes.
     pub fn payload(&mut self, kind: AtomKind, level: u32, bytes: &[u8]) {
         for chunk in bytes.chunks(MAX_ATOM_BYTES as usize) {
             self.atom(kind, level, 0, 0, chunk.to_vec());

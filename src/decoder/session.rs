@@ -2,11 +2,13 @@
 
 use super::log::Log;
 use super::{Delta, Event, Options};
+use crate::codec::correction::Correction;
 use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Expected};
+use crate::codec::order::Order;
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{LevelPass, RefinementError, SegmentModels, Unknown};
-use crate::codec::residue::{Residue, ResidueError};
+use crate::codec::residue::{Residue, ResidueError, Whole};
 use crate::codec::walk::Walk;
 use crate::container::{Atom, AtomKind, Contents, Metadata};
 use crate::entropy::{CodingError, RangeDecoder};
@@ -31,6 +33,8 @@ pub struct Session {
     pub contents: Option<Arc<Contents>>,
     pub mesh: ProgressiveMesh,
     pub residue: Option<Residue>,
+    pub correction: Option<Correction>,
+    pub order: Option<Order>,
     pub metadata: Option<Metadata>,
     pub operations: u64,
     options: Options,
@@ -55,6 +59,8 @@ impl Session {
             contents: None,
             mesh: ProgressiveMesh::default(),
             residue: None,
+            correction: None,
+            order: None,
             metadata: None,
             operations: 0,
             budget: Budget::new(options.limits),
@@ -98,7 +104,7 @@ impl Session {
                     return Ok(()); // A way in that was not taken.
                 }
                 if let Some((payload, offset)) = self.gather(&atom, payload)? {
-                    self.whole(&contents, &atom, offset, &payload, events)?;
+                    self.start_from(&contents, &atom, offset, &payload, events)?;
                 }
             }
             AtomKind::Precision | AtomKind::Refinement => {
@@ -121,11 +127,39 @@ impl Session {
                     }
                     self.budget.take_work(2 * self.mesh.table.slots() as u64)?;
                     let residue = Residue::decode(&payload, &self.mesh, &mut self.budget);
-                    self.residue = Some(residue.map_err(|e| match e {
-                        ResidueError::Limit(limit) => limit,
-                        other => FormatError::new(offset, "8", other.to_string()).into(),
-                    })?);
+                    self.residue = Some(residue.map_err(|e| fault(e, offset, "8"))?);
                     events.push_back(Event::Residue);
+                }
+            }
+            AtomKind::Correction => {
+                if let Some((payload, offset)) = self.gather(&atom, payload)? {
+                    if self.level != Some(0) {
+                        return Ok(());
+                    }
+                    let (whole, lattice) = (self.whole()?, &contents.header.lattice);
+                    let correction = Correction::decode(&payload, &whole, lattice, &mut self.budget);
+                    self.correction = Some(correction.map_err(|e| fault(e, offset, "10"))?);
+                    self.give_back(whole);
+                    events.push_back(Event::Correction);
+                }
+            }
+            AtomKind::Order => {
+                if let Some((payload, offset)) = self.gather(&atom, payload)? {
+                    if self.level != Some(0) {
+                        return Ok(());
+                    }
+                    let mut whole = self.whole()?;
+                    let mut count = whole.vertices.len();
+                    if let Some(correction) = &self.correction {
+                        correction.rename(&mut whole.triangles);
+                        count += correction.copies.len();
+                    }
+                    let (none, budget) = (Residue::default(), &mut self.budget);
+                    let residue = self.residue.as_ref().unwrap_or(&none);
+                    let order = Order::decode(&payload, &self.mesh, residue, &whole, count, budget);
+                    self.order = Some(order.map_err(|e| fault(e, offset, "11"))?);
+                    self.give_back(whole);
+                    events.push_back(Event::Order);
                 }
             }
             AtomKind::Metadata => {
@@ -137,6 +171,25 @@ impl Session {
             AtomKind::Optional(_) => {}
         }
         Ok(())
+    }
+
+    /// Level 0 with its residue, on the lattice; [`Session::give_back`] when it is done with.
+    fn whole(&mut self) -> Result<Whole> {
+        self.budget.take_work(4 * self.mesh.table.slots() as u64)?;
+        self.budget.take_memory(self.size_of_whole(), BYTES_OF_WHOLE)?;
+        let none = Residue::default();
+        let residue = self.residue.as_ref().unwrap_or(&none);
+        Ok(residue.whole(&self.mesh, &Walk::new(&self.mesh.table, &self.mesh.roots)))
+    }
+
+    fn give_back(&mut self, whole: Whole) {
+        drop(whole);
+        self.budget.give_memory(self.size_of_whole(), BYTES_OF_WHOLE);
+    }
+
+    fn size_of_whole(&self) -> usize {
+        let further = self.residue.as_ref().map_or(0, |r| r.triangles.len() + r.extras.len());
+        self.mesh.table.slots() + further
     }
 
     /// Collects a payload of several atoms; returns it with the offset of its first part once its last is there.
@@ -153,7 +206,7 @@ impl Session {
         Ok(Some((std::mem::take(&mut self.parts), self.parts_start)))
     }
 
-    fn whole(
+    fn start_from(
         &mut self,
         contents: &Contents,
         atom: &Atom,
@@ -370,6 +423,17 @@ impl Session {
 const CHUNK: u32 = 1024;
 /// What an event holds for one operation: its parents, and the triangles of its star.
 const BYTES_AN_EVENT: usize = 64;
+
+/// What the whole of level 0 takes for a triangle: its half of a vertex and itself, and the walk to find them by.
+const BYTES_OF_WHOLE: usize = 48;
+
+/// Why a payload beyond the mesh cannot be read.
+fn fault(error: ResidueError, offset: u64, section: &'static str) -> Error {
+    match error {
+        ResidueError::Limit(limit) => limit,
+        other => FormatError::new(offset, section, other.to_string()).into(),
+    }
+}
 
 fn no_log() -> Error {
     Error::Parameter("the decoder was not told to keep an undo log".into())

@@ -1,5 +1,6 @@
 //! The settings of an encoding.
 
+use crate::codec::grid::Real;
 use crate::mesh::topology::Weld;
 use crate::simplify;
 
@@ -18,6 +19,11 @@ pub struct Options {
     pub lock_boundary: bool,
     /// Which vertices are one.
     pub weld: Weld,
+    /// Whether coordinates come back bit for bit at level 0, and of which type they are. All of the mesh must be of it.
+    pub exact: Option<Real>,
+    /// Whether level 0 has the vertices and triangles of the mesh in their order, none of them welded, and each triangle from
+    /// its first corner.
+    pub keep_order: bool,
     /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
     pub atom_bytes: usize,
     /// Most memory to use, in bytes, as estimated beforehand.
@@ -33,6 +39,8 @@ impl Default for Options {
             preview: Preview::Off,
             lock_boundary: false,
             weld: Weld::Exact,
+            exact: None,
+            keep_order: false,
             atom_bytes: 16 << 10,
             max_memory: u64::MAX,
         }

@@ -58,6 +58,10 @@ pub struct Report {
     pub position_bits: f64,
     /// Bits of the residue.
     pub residue_bits: f64,
+    /// Bits of the correction.
+    pub correction_bits: f64,
+    /// Bits of the order.
+    pub order_bits: f64,
     /// Bits of the keyframes, the base's not counted.
     pub keyframe_bits: f64,
     /// Each keyframe, the base's included, coarse to fine.
@@ -93,6 +97,8 @@ impl Report {
             + self.connectivity_bits
             + self.position_bits
             + self.residue_bits
+            + self.correction_bits
+            + self.order_bits
             + self.keyframe_bits;
         self.other_bits = self.bytes as f64 * 8.0 - told;
     }

@@ -7,7 +7,7 @@ pub mod symbol;
 pub mod varint;
 
 pub use model::Bit;
-pub use number::NumberModel;
+pub use number::{NumberModel, uniform};
 pub use range::{RangeDecoder, RangeEncoder};
 pub use symbol::SymbolModel;
 
@@ -28,6 +28,9 @@ pub trait BitCoder {
 
     /// Codes a number of `count` bits, 16 at most, each at an even chance.
     fn bits(&mut self, count: u32, known: impl FnOnce() -> u32) -> u32;
+
+    /// Codes a number below `count`, which is 1 to 2^16, each at the same chance.
+    fn below(&mut self, count: u32, known: impl FnOnce() -> u32) -> u32;
 
     /// Whether the decisions read so far can have come from the bytes at hand.
     ///

@@ -79,6 +79,28 @@ impl NumberModel {
     }
 }
 
+/// Codes a number below `count`, which is at least 1, each at the same chance: 16 bits at a time, the highest first.
+///
+/// # Errors
+/// [`CodingError::Number`] where the number read is `count` or more.
+pub fn uniform<C: BitCoder>(
+    coder: &mut C,
+    count: u64,
+    known: impl FnOnce() -> u64,
+) -> Result<u64, CodingError> {
+    let n = if C::ENCODES { known() } else { 0 };
+    let most = count - 1;
+    let mut shift = (64 - most.leading_zeros()).saturating_sub(16);
+    let mut value = u64::from(coder.below((most >> shift) as u32 + 1, || (n >> shift) as u32));
+    while shift > 0 {
+        let bits = shift.min(16);
+        shift -= bits;
+        let mask = (1u64 << bits) - 1;
+        value = value << bits | u64::from(coder.bits(bits, || (n >> shift & mask) as u32));
+    }
+    if value > most { Err(CodingError::Number) } else { Ok(value) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,6 +126,36 @@ mod tests {
             }
             decoder.finish().unwrap();
         }
+    }
+
+    proptest! {
+        #[test]
+        fn uniform_numbers_come_back(items in prop::collection::vec((any::<u64>(), 0..64u32, any::<u64>()), 0..100)) {
+            let items: Vec<_> = items.into_iter().map(|(n, shift, x)| ((n >> shift).max(1), x)).collect();
+            let mut encoder = RangeEncoder::default();
+            for &(count, x) in &items {
+                uniform(&mut encoder, count, || x % count).unwrap();
+            }
+            let bits: f64 = items.iter().map(|&(count, _)| (count as f64).log2()).sum();
+            prop_assert!(encoder.bits() < 33.0 + bits * 1.001 + items.len() as f64 * 0.01, "what it must cost");
+            let bytes = encoder.finish();
+            let mut decoder = RangeDecoder::new(&bytes);
+            for &(count, x) in &items {
+                prop_assert_eq!(uniform(&mut decoder, count, || 0).unwrap(), x % count);
+            }
+            decoder.finish().unwrap();
+        }
+    }
+
+    #[test]
+    fn a_number_beyond_the_last_is_refused() {
+        // 2^16 + 1 numbers by their high parts, two each: the last part has one number only.
+        let count = (1 << 16) + 1;
+        let mut encoder = RangeEncoder::default();
+        encoder.below((1 << 15) + 1, || 1 << 15);
+        BitCoder::bits(&mut encoder, 1, || 1);
+        let bytes = encoder.finish();
+        assert_eq!(uniform(&mut RangeDecoder::new(&bytes), count, || 0), Err(CodingError::Number));
     }
 
     #[test]

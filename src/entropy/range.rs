@@ -140,6 +140,13 @@ impl BitCoder for RangeEncoder {
         value
     }
 
+    #[inline]
+    fn below(&mut self, count: u32, known: impl FnOnce() -> u32) -> u32 {
+        let value = known();
+        self.narrow(self.range / count, value, (value + 1 < count).then_some(1));
+        value
+    }
+
     fn check(&self) -> Result<(), CodingError> {
         Ok(())
     }
@@ -248,6 +255,14 @@ impl BitCoder for RangeDecoder<'_> {
         let part = self.range >> count;
         let value = (self.code / part).min((1 << count) - 1);
         self.narrow(part, value, (value + 1 < 1 << count).then_some(1));
+        value
+    }
+
+    #[inline]
+    fn below(&mut self, count: u32, _known: impl FnOnce() -> u32) -> u32 {
+        let part = self.range / count;
+        let value = (self.code / part).min(count - 1);
+        self.narrow(part, value, (value + 1 < count).then_some(1));
         value
     }
 

@@ -5,7 +5,9 @@ use bitvec::vec::BitVec;
 use super::choices::Choices;
 use super::decoder::check_indices;
 use super::seeds;
+use crate::codec::correction::Correction;
 use crate::codec::keyframe::{self, Expected};
+use crate::codec::order::Order;
 use crate::codec::refinement::{LevelPass, SegmentModels, Unknown};
 use crate::codec::residue::Residue;
 use crate::codec::walk::Walk;
@@ -122,6 +124,50 @@ fn read_residue(payload: &[u8], mesh: &ProgressiveMesh, lattice: &Lattice) {
     let again = residue.encode(mesh).expect("what was read can be written");
     let copy = Residue::decode(&again, mesh, &mut budget()).expect("what was written can be read");
     assert_eq!(copy.assemble(mesh, &walk, lattice), assembled);
+}
+
+/// Reads `data` as correction and order of a small mesh with a residue. What is accepted can be written again, and is the same.
+pub fn fuzz_exact(data: &[u8]) {
+    let mut choices = Choices(data);
+    let (mesh, lattice) = small_mesh(choices.below(SHAPES.len()));
+    let n = choices.below(8);
+    let residue = Residue::decode(choices.bytes(n), &mesh, &mut budget()).unwrap_or_default();
+    let mut whole = residue.whole(&mesh, &Walk::new(&mesh.table, &mesh.roots));
+    let n = choices.below(64);
+    let mut assembled = whole.clone().on_lattice(&lattice);
+    if let Ok(correction) = Correction::decode(choices.bytes(n), &whole, &lattice, &mut budget()) {
+        let again = correction.encode(&whole, &lattice).expect("what was read can be written");
+        let copy = Correction::decode(&again, &whole, &lattice, &mut budget())
+            .expect("what was written can be read");
+        correction.apply(&mut assembled);
+        let mut other = whole.clone().on_lattice(&lattice);
+        copy.apply(&mut other);
+        let bits =
+            |mesh: &IndexedMesh| -> Vec<_> { mesh.positions.iter().map(|p| p.map(f64::to_bits)).collect() };
+        assert_eq!(bits(&assembled), bits(&other));
+        assert_eq!(assembled.triangles, other.triangles);
+        assert!(assembled.positions.iter().flatten().all(|&x| correction.real.holds(x)));
+        correction.rename(&mut whole.triangles);
+    }
+    let Ok(order) =
+        Order::decode(choices.0, &mesh, &residue, &whole, assembled.positions.len(), &mut budget())
+    else {
+        return;
+    };
+    let ordered = order.apply(&assembled);
+    check_indices(&ordered);
+    let corners = |mesh: &IndexedMesh| {
+        let turned = |t: &[u32; 3]| {
+            let mut t = t.map(|v| mesh.positions[v as usize].map(f64::to_bits));
+            let least = (0..3).min_by_key(|&k| [t[k], t[(k + 1) % 3], t[(k + 2) % 3]]).unwrap_or(0);
+            t.rotate_left(least);
+            t
+        };
+        let mut all: Vec<_> = mesh.triangles.iter().map(turned).collect();
+        all.sort_unstable();
+        all
+    };
+    assert_eq!(corners(&ordered), corners(&assembled), "an order adds no triangle and loses none");
 }
 
 /// The walk comes to every triangle and every vertex, once.

@@ -2,6 +2,7 @@
 
 use super::choices::Choices;
 use super::decoder::{check_indices, from_keyframe};
+use crate::codec::grid::Real;
 use crate::container::parse_contents;
 use crate::decoder;
 use crate::encoder::{self, Encoder, Keyframes, Preview};
@@ -13,6 +14,7 @@ use crate::mesh::{IndexedMesh, Lattice};
 pub fn fuzz_round_trip(data: &[u8]) {
     let mut choices = Choices(data);
     let options = any_options(&mut choices);
+    let (exact, keep_order) = (options.exact.is_some(), options.keep_order);
     let mesh = any_mesh(&mut choices);
     let file = match Encoder::new(options).encode_to_vec(&mesh) {
         Ok(file) => file,
@@ -33,6 +35,14 @@ pub fn fuzz_round_trip(data: &[u8]) {
         let back = decoder.assembled().expect("it is complete");
         check_indices(&back);
         assert_eq!(triangles(&back, &lattice), wanted, "from level {j}");
+        if exact && keep_order {
+            let bits = |mesh: &IndexedMesh| -> Vec<_> {
+                mesh.positions.iter().map(|p| p.map(f64::to_bits)).collect()
+            };
+            assert_eq!((bits(&back), &back.triangles), (bits(&mesh), &mesh.triangles), "from level {j}");
+        } else if keep_order {
+            assert_eq!(back.triangles, mesh.triangles, "from level {j}");
+        }
     }
 }
 
@@ -40,7 +50,10 @@ pub fn fuzz_round_trip(data: &[u8]) {
 fn any_mesh(choices: &mut Choices) -> IndexedMesh {
     let (places, count) = (2 + choices.below(6), 1 + choices.below(24));
     let scale = [1.0, 1e-300, 1e300, 0.1][choices.below(4)];
-    let mut place = || choices.below(places) as f64 * scale;
+    let mut place = || {
+        let x = choices.below(places) as f64 * scale;
+        if x == 0.0 && choices.below(4) == 1 { -x } else { x }
+    };
     let positions: Vec<[f64; 3]> = (0..count).map(|_| std::array::from_fn(|_| place())).collect();
     let mut triangles = Vec::new();
     while !choices.0.is_empty() && triangles.len() < 64 {
@@ -66,6 +79,8 @@ fn any_options(choices: &mut Choices) -> encoder::Options {
         atom_bytes: 1 + choices.below(40),
         keyframes: [Keyframes::All, Keyframes::None, Keyframes::Every(2)][choices.below(3)].clone(),
         preview: any_preview(choices),
+        exact: [None, Some(Real::Binary64)][choices.below(2)],
+        keep_order: choices.below(2) == 1,
         ..encoder::Options::default()
     };
     options.simplify.base_vertices = Some(choices.below(8));

@@ -18,7 +18,7 @@ mod formats;
 mod seeds;
 
 #[cfg(feature = "encode")]
-pub use codec::{fuzz_keyframe, fuzz_refinement, fuzz_residue};
+pub use codec::{fuzz_exact, fuzz_keyframe, fuzz_refinement, fuzz_residue};
 pub use container::fuzz_container;
 #[cfg(test)]
 pub(crate) use container::mend;

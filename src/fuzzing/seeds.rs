@@ -3,6 +3,7 @@
 use std::sync::OnceLock;
 
 use super::choices::Choices;
+use crate::codec::grid::Real;
 use crate::container::{AtomKind, Contents, FileBuilder, Level, parse_contents};
 use crate::encoder::{Encoder, Keyframes, Options, Preview};
 use crate::mesh::{IndexedMesh, Lattice, shapes};
@@ -178,15 +179,35 @@ fn all() -> &'static [Seed] {
             heap(),
         ];
         let smooth = meshes.iter().map(|mesh| encoded(mesh, Vec::new()));
-        smooth.chain([encoded(&meshes[2], vec![1, 1, 4]), encoded(&meshes[5], vec![2])]).collect()
+        let others = [encoded(&meshes[2], vec![1, 1, 4]), encoded(&meshes[5], vec![2])];
+        let lists = [&meshes[5], &meshes[2]].map(|mesh| {
+            let mut mesh = mesh.clone();
+            // Two vertices in one place, with zeros of both signs.
+            mesh.positions.push(mesh.positions[0].map(|x| if x == 0.0 { -x } else { x }));
+            mesh.triangles[1] =
+                mesh.triangles[1].map(|v| if v == 0 { mesh.positions.len() as u32 - 1 } else { v });
+            encoded_with(
+                &mesh,
+                Options { exact: Some(Real::Binary64), keep_order: true, ..small(Vec::new()) },
+            )
+        });
+        smooth.chain(others).chain(lists).collect()
     })
 }
 
 fn encoded(mesh: &IndexedMesh, schedule: Vec<u32>) -> Seed {
+    encoded_with(mesh, small(schedule))
+}
+
+fn small(schedule: Vec<u32>) -> Options {
     let (keyframes, atom_bytes) = (Keyframes::Every(2), 12);
     let preview = Preview::Schedule(schedule);
     let mut options = Options { position_bits: 8, keyframes, atom_bytes, preview, ..Options::default() };
     options.simplify.base_vertices = Some(4);
+    options
+}
+
+fn encoded_with(mesh: &IndexedMesh, options: Options) -> Seed {
     let file = Encoder::new(options).encode_to_vec(mesh).expect("a small mesh can be encoded");
     Seed::of(&file)
 }

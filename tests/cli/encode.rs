@@ -30,15 +30,18 @@ fn the_json_of_info_and_encode() {
     let folder = Folder::with_sphere();
     let info = folder.info("sphere.uwm");
     let expected = [
+        "correction",
         "exact",
         "file_bytes",
         "format_version",
         "generator",
         "input",
+        "keep_order",
         "keyframes",
         "lattice",
         "levels",
         "manifold",
+        "order",
         "residue",
         "triangles",
         "vertices",
@@ -97,7 +100,7 @@ fn the_json_of_info_and_encode() {
     let further: Vec<&str> = keys(&encoded).into_iter().filter(|key| info.get(key).is_none()).collect();
     assert_eq!(further, ["bits", "bits_per_vertex", "locked_vertices", "peak_bytes", "seconds", "warnings"]);
     assert_eq!(keys(&encoded["seconds"]), ["code", "condition", "read", "simplify", "write"]);
-    let bits = ["base", "connectivity", "geometry", "keyframes", "other", "residue"];
+    let bits = ["base", "connectivity", "correction", "geometry", "keyframes", "order", "other", "residue"];
     assert_eq!(keys(&encoded["bits"]), bits);
     let total: f64 = bits.iter().map(|name| encoded["bits"][name].as_f64().unwrap()).sum();
     assert!((total / 8.0 - info["file_bytes"].as_f64().unwrap()).abs() < 1e-6, "{total} bits");

@@ -5,6 +5,7 @@ mod batch;
 mod decode;
 mod encode;
 mod errors;
+mod exact;
 mod foreign;
 mod measure;
 mod simplify;

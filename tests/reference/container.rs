@@ -19,6 +19,8 @@ pub const REFINEMENT: u8 = 2;
 pub const RESIDUE: u8 = 3;
 pub const METADATA: u8 = 4;
 pub const KEYFRAME: u8 = 5;
+pub const CORRECTION: u8 = 6;
+pub const ORDER: u8 = 7;
 
 /// A file, cut into atoms.
 pub struct File {

@@ -4,7 +4,7 @@ use super::container::{BASE, File, KEYFRAME, METADATA, PRECISION, REFINEMENT, Re
 use super::refinement::{self, Models};
 use super::residue::Whole;
 use super::walk::Mesh;
-use super::{keyframe, metadata, residue};
+use super::{correction, keyframe, metadata, order, residue};
 
 /// Decodes from the base or the keyframe of level `start` to the whole of level 0. Each level is shown to `see`.
 pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> Result<Whole> {
@@ -25,7 +25,9 @@ pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> R
             models = Models::fresh();
         }
     }
-    let whole = residue::whole(file, &mesh)?;
+    let (mut whole, origins) = residue::whole(file, &mesh)?;
+    correction::correct(file, &mut whole, &origins)?;
+    let whole = order::put_in_order(file, &mesh, whole, &origins)?;
     let payload = file.payload(METADATA, 0);
     if !payload.is_empty() {
         metadata::check(&payload)?;

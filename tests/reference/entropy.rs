@@ -14,10 +14,10 @@ pub struct Code<'a> {
     tap: Option<&'a RefCell<Tap>>,
 }
 
-/// What a step leaves of the range: from `start` to `end`, in units of 2^-shift of it, or all from `start` on.
+/// What a step leaves of the range: from `start` to `end`, in so many equal parts of it, or all from `start` on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Part {
-    pub shift: u32,
+    pub parts: u64,
     pub start: u64,
     pub end: Option<u64>,
 }
@@ -25,7 +25,7 @@ pub struct Part {
 impl Part {
     /// How much of a range it is.
     pub fn width(&self, range: u64) -> u64 {
-        let unit = range >> self.shift;
+        let unit = range / self.parts;
         self.end.map_or(range - unit * self.start, |end| unit * (end - self.start))
     }
 }
@@ -106,23 +106,42 @@ impl<'a> Code<'a> {
     }
 
     pub fn decide(&mut self, zero: u64) -> Result<bool> {
-        let bit = self.answer(u64::from(self.value(16) >= zero), 0) > 0;
+        let bit = self.answer(u64::from(self.value(1 << 16) >= zero), 0) > 0;
         let part = if bit { (zero, None) } else { (0, Some(zero)) };
-        self.take(Part { shift: 16, start: part.0, end: part.1 }, u64::from(bit))?;
+        self.take(Part { parts: 1 << 16, start: part.0, end: part.1 }, u64::from(bit))?;
         Ok(bit)
+    }
+
+    /// A number below n, which is at most 2^16.
+    pub fn below(&mut self, n: u64) -> Result<u64> {
+        let value = self.answer(self.value(n), 0).min(n - 1);
+        self.take(Part { parts: n, start: value, end: (value < n - 1).then_some(value + 1) }, value)?;
+        Ok(value)
     }
 
     /// A number of n bits.
     pub fn bits(&mut self, n: u32) -> Result<u64> {
-        let last = (1 << n) - 1;
-        let value = self.answer(self.value(n), 0).min(last);
-        self.take(Part { shift: n, start: value, end: (value < last).then_some(value + 1) }, value)?;
-        Ok(value)
+        self.below(1 << n)
     }
 
-    /// The place of the code in the range, in units of 2^-shift of it.
-    pub fn value(&self, shift: u32) -> u64 {
-        (self.code / (self.range >> shift)).min((1 << shift) - 1)
+    /// A number below n (§6.3).
+    pub fn uniform(&mut self, n: u64) -> Result<u64> {
+        let mut s = 0;
+        while (n - 1) >> s >= 1 << 16 {
+            s += 1;
+        }
+        let mut value = u128::from(self.below(((n - 1) >> s) + 1)?);
+        while s > 0 {
+            let k = s.min(16);
+            s -= k;
+            value = (value << k) + u128::from(self.bits(k)?);
+        }
+        if value >= u128::from(n) { refuse("6.3: a number beyond the last") } else { Ok(value as u64) }
+    }
+
+    /// The place of the code in the range, in so many equal parts of it.
+    pub fn value(&self, parts: u64) -> u64 {
+        (self.code / (self.range / parts)).min(parts - 1)
     }
 
     /// The answer of the script, if there is one.
@@ -141,7 +160,7 @@ impl<'a> Code<'a> {
                 return Ok(());
             }
         }
-        let unit = self.range >> part.shift;
+        let unit = self.range / part.parts;
         self.code -= unit * part.start;
         self.range = part.width(self.range);
         while self.range < 1 << 24 {

@@ -1,11 +1,19 @@
 //! The examples of §5.7, question by question and number by number. A decimal stands for the one binary32 number it is
 //! nearest to, as in the text.
 
+use unweld::codec::correction::Correction;
+use unweld::codec::grid::{Grid, Real};
+use unweld::codec::order::Order;
+use unweld::codec::residue::Residue;
+use unweld::codec::walk::Walk;
+use unweld::decoder::{self, decode};
+
 use super::agree::agree;
 use super::by_hand;
-use super::container::{Atom, BASE, Level, PRECISION, REFINEMENT};
+use super::container::{Atom, BASE, CORRECTION, Level, ORDER, PRECISION, REFINEMENT};
 use super::coordinates::Coordinate;
 use super::draft::atom;
+use super::hostile::base_alone;
 use super::keyframe;
 use super::refinement::{Models, trace_pass};
 use super::trace::{Placed, Step};
@@ -216,4 +224,47 @@ fn the_octahedron() {
     assert_eq!(h.errors, [-0.08558559, 0.7760926, 0.17957531]);
     assert_eq!(h.means.map(|m| m.mean), [0.086936936, 0.2017524, 0.047829904]);
     assert_eq!(h.slopes.map(|s| (s.products, s.squares)), [(-4.085102, 4.7791634), (41.347206, 130.20418)]);
+}
+
+/// The examples of §10.5 and §11.4: what they hold, and that the crate writes them so.
+#[test]
+fn the_square_exactly_and_in_order() {
+    let correction = [
+        0x94, 0x1A, 0xB9, 0x2D, 0x99, 0xCC, 0x4B, 0xED, 0x5D, 0x4E, 0x18, 0x9E, 0xA2, 0xFB, 0x2F, 0x1B, 0x80,
+    ];
+    let order = [0x95, 0x50, 0x8A];
+    let file = |beyond: Vec<Atom>| {
+        let atoms = vec![atom(BASE, 0, 0, 0, &[0x04, 0x6F, 0x5F, 0x63, 0x8C, 0x82])];
+        let mut draft = base_alone(4, 2, atoms.into_iter().chain(beyond).collect());
+        draft.header.splice(32..64, [0.0, 0.0, 0.0, 0.01f64].iter().flat_map(|x| x.to_le_bytes()));
+        draft.bytes()
+    };
+    let positions = [[0.0, 0.0, 0.0], [2.55, 0.0, -0.0], [2.549, 2.55, 0.0], [0.0, 2.5501, 0.0]];
+    let triangles = [[2, 0, 1], [3, 0, 2]];
+    let bits = |positions: &[[f64; 3]]| -> Vec<_> { positions.iter().map(|p| p.map(f64::to_bits)).collect() };
+
+    let square = decode(&file(vec![]), decoder::Options::default()).unwrap();
+    let (mesh, lattice) = (square.mesh(), square.contents().unwrap().header.lattice);
+    let residue = Residue::default();
+    let whole = residue.whole(mesh, &Walk::new(&mesh.table, &mesh.roots));
+    let all = Grid::Binary { dropped: 0 };
+    let grids = [
+        vec![Grid::Decimal { digits: 4, places: 3 }],
+        vec![Grid::Decimal { digits: 3, places: 2 }, all],
+        vec![Grid::Decimal { digits: 1, places: 0 }],
+    ];
+    let told =
+        Correction { real: Real::Binary64, grids, positions: positions.to_vec(), ..Default::default() };
+    assert_eq!(told.encode(&whole, &lattice).unwrap(), correction);
+    let corrected = agree(&file(vec![atom(CORRECTION, 0, 0, 0, &correction)])).unwrap().whole;
+    assert_eq!(bits(&corrected.positions), bits(&positions));
+    assert_eq!(corrected.triangles, triangles);
+
+    // D, A, B, C and A once more; the second triangle first, with the other A.
+    let told = Order { vertices: vec![3, 0, 1, 2, 0], triangles: vec![[4, 3, 0], [1, 2, 3]] };
+    assert_eq!(told.encode(mesh, &residue, &whole, 4, &[(1, 1), (0, 1)]).unwrap(), order);
+    let both = vec![atom(CORRECTION, 0, 0, 0, &correction), atom(ORDER, 0, 0, 0, &order)];
+    let ordered = agree(&file(both)).unwrap().whole;
+    assert_eq!(bits(&ordered.positions), bits(&[3, 0, 1, 2, 0].map(|v| positions[v])));
+    assert_eq!(ordered.triangles, [[4, 3, 0], [1, 2, 3]]);
 }

@@ -90,7 +90,7 @@ pub fn encode(parts: impl IntoIterator<Item = Part>) -> Vec<u8> {
     // The start of the range is `bytes` followed by the 32 bits of `low`.
     let (mut bytes, mut low, mut range) = (Vec::new(), 0u64, 0xFFFF_FFFFu64);
     for part in parts {
-        low += (range >> part.shift) * part.start;
+        low += (range / part.parts) * part.start;
         range = part.width(range);
         carry(&mut bytes, &mut low);
         while range < 1 << 24 {

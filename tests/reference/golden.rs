@@ -2,15 +2,17 @@
 
 use std::path::PathBuf;
 
+use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::simplify::Method;
 
-use super::agree::{agree, by_crate};
+use super::agree::{agree, by_crate, sorted};
 use super::by_hand;
-use super::container::{File, KEYFRAME, METADATA, RESIDUE};
+use super::container::{CORRECTION, File, KEYFRAME, METADATA, ORDER, RESIDUE};
 use super::draft::Draft;
 use super::on_shapes::same_triangles;
+use super::residue::Whole;
 
 pub fn load(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).expect("the golden files are part of the repository")
@@ -36,6 +38,19 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
     torus.positions.extend([[9.0, 9.0, 9.0], [0.0, 8.0, 0.0], [1.0, 8.0, 0.5]]);
     // A bow-tie: a triangle that shares one vertex.
     torus.triangles.push([30, 57, 58]);
+    // Decimals in binary32, zeros of both signs at one place, a vertex that is there twice and one that is alone.
+    let mut disc = decimal(shapes::disc_with_ears());
+    let v = disc.triangles[3][1];
+    let y = disc.positions[v as usize][1];
+    let n = disc.positions.len() as u32;
+    disc.positions[v as usize] = [0.0, y, -0.0];
+    let twice = disc.positions[disc.triangles[0][0] as usize];
+    disc.positions.extend([[-0.0, y, 0.0], twice, [-3.5, -0.0, f64::from(1e-40f32)]]);
+    for corner in disc.triangles.iter_mut().flatten().filter(|w| **w == v).step_by(2) {
+        *corner = n;
+    }
+    disc.triangles[0][0] = n + 1;
+    disc.triangles.rotate_left(5);
     let mut sphere = Options { preview: Preview::Schedule(vec![1, 2, 5]), ..small(12, 6, 2) };
     sphere.simplify.method = Method::Ffc;
     vec![
@@ -43,6 +58,17 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
         ("disc.uwm", snapped(shapes::disc_with_ears()), Options { atom_bytes: 1, ..small(10, 4, 1) }),
         ("torus.uwm", torus, Options { keyframes: Keyframes::Every(4), ..small(10, 12, 3) }),
         ("sphere.uwm", snapped(shapes::sphere(1)), Options { keyframes: Keyframes::Every(3), ..sphere }),
+        ("exact.uwm", disc.clone(), Options { exact: Some(Real::Binary32), ..small(9, 4, 4) }),
+        (
+            "order.uwm",
+            disc,
+            Options {
+                exact: Some(Real::Binary64),
+                keep_order: true,
+                keyframes: Keyframes::Every(3),
+                ..small(8, 4, 5)
+            },
+        ),
     ]
 }
 
@@ -50,6 +76,14 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
 fn snapped(mut mesh: IndexedMesh) -> IndexedMesh {
     for x in mesh.positions.iter_mut().flatten() {
         *x = (*x * 1024.0).round() / 1024.0;
+    }
+    mesh
+}
+
+/// A mesh whose coordinates are the binary32 numbers nearest to decimals.
+fn decimal(mut mesh: IndexedMesh) -> IndexedMesh {
+    for x in mesh.positions.iter_mut().flatten() {
+        *x = f64::from(((*x * 1000.0).round() / 1000.0) as f32);
     }
     mesh
 }
@@ -81,7 +115,26 @@ fn both_decoders_read_them() {
     for (name, mesh, _) in vectors() {
         let bytes = load(name);
         let seen = agree(&bytes).unwrap_or_else(|| panic!("{name} is refused"));
-        same_triangles(&mesh, &seen.whole, &File::read(&bytes).unwrap());
+        let file = File::read(&bytes).unwrap();
+        match file.payload(CORRECTION, 0).is_empty() {
+            true => same_triangles(&mesh, &seen.whole, &file),
+            false => same_bits(&mesh, &seen.whole, !file.payload(ORDER, 0).is_empty()),
+        }
+    }
+}
+
+/// Asserts that the whole is the mesh, to the last bit; in order, or but for the order and repeated vertices.
+pub fn same_bits(mesh: &IndexedMesh, whole: &Whole, in_order: bool) {
+    let bits = |positions: &[[f64; 3]]| -> Vec<_> { positions.iter().map(|p| p.map(f64::to_bits)).collect() };
+    let (expected, found) = (bits(&mesh.positions), bits(&whole.positions));
+    let triangles: Vec<_> = mesh.triangles.iter().map(|t| t.map(|v| v as usize)).collect();
+    if in_order {
+        assert!((expected, triangles) == (found, whole.triangles.clone()), "the lists are others");
+    } else {
+        let corners = |positions: &[[u64; 3]], triangles: &[[usize; 3]]| {
+            sorted(triangles.iter().map(|t| t.map(|v| positions[v])))
+        };
+        assert!(corners(&expected, &triangles) == corners(&found, &whole.triangles), "not the same bits");
     }
 }
 
@@ -99,6 +152,9 @@ fn they_are_what_the_read_me_says() {
     assert_eq!(figures("disc.uwm"), (8, 0, false, 4, 0));
     assert_eq!(figures("torus.uwm"), (9, 2, true, 12, 0));
     assert_eq!(figures("sphere.uwm"), (12, 4, false, 6, 5));
+    let beyond =
+        |name| [CORRECTION, ORDER].map(|kind| !File::read(&load(name)).unwrap().payload(kind, 0).is_empty());
+    assert_eq!([beyond("exact.uwm"), beyond("order.uwm")], [[true, false], [true; 2]]);
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
 }
 

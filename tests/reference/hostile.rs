@@ -1,10 +1,11 @@
 //! Files with faults behind sound checksums: both decoders refuse them, or both read the same from them.
 
 use proptest::prelude::*;
+use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options};
 
 use super::agree::{agree, by_reference};
-use super::container::{Atom, BASE, File, Level, REFINEMENT, RESIDUE};
+use super::container::{Atom, BASE, CORRECTION, File, KEYFRAME, Level, METADATA, ORDER, REFINEMENT, RESIDUE};
 use super::draft::{Draft, atom};
 use super::forge;
 use super::golden::load;
@@ -17,7 +18,9 @@ fn judge(files: impl Iterator<Item = Vec<u8>>) -> (usize, usize) {
 
 #[test]
 fn a_draft_is_the_file_it_was_made_from() {
-    for name in ["tetrahedron.uwm", "disc.uwm", "torus.uwm", "sphere.uwm", "hand.uwm"] {
+    for name in
+        ["tetrahedron.uwm", "disc.uwm", "torus.uwm", "sphere.uwm", "exact.uwm", "order.uwm", "hand.uwm"]
+    {
         let bytes = load(name);
         assert!(Draft::of(&bytes).bytes() == bytes, "{name}");
     }
@@ -40,14 +43,14 @@ fn single_bits_of_a_small_file() {
 
 #[test]
 fn a_byte_of_a_larger_file() {
-    for name in ["torus.uwm", "sphere.uwm"] {
+    for name in ["torus.uwm", "sphere.uwm", "exact.uwm", "order.uwm"] {
         let (read, all) = judge(Draft::of(&load(name)).changed(0x55).step_by(3));
         assert!(read > 0 && read < all, "{name}: {read} of {all} are read");
     }
 }
 
 /// A file of one level with this payload, of so many vertices and triangles.
-fn base_alone(vertices: u32, triangles: u32, atoms: Vec<Atom>) -> Draft {
+pub fn base_alone(vertices: u32, triangles: u32, atoms: Vec<Atom>) -> Draft {
     let mut draft = Draft::of(&load("tetrahedron.uwm"));
     draft.header[64] = 8;
     draft.header.splice(68..80, [0; 12]);
@@ -112,10 +115,14 @@ proptest! {
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<prop::sample::Index>(), any::<u8>()), 1..3),
         cut in any::<prop::sample::Index>(),
         shorter: bool,
+        exact: bool,
+        keep_order: bool,
     ) {
         let mesh = if take_soup { mesh } else { every_shape().swap_remove(shape) };
         let mut options = Options { keyframes: Keyframes::Every(4), atom_bytes: 60, ..Options::default() };
         options.simplify.base_vertices = Some(8);
+        options.exact = exact.then_some(Real::Binary64);
+        options.keep_order = keep_order;
         let Ok(bytes) = Encoder::new(options).encode_to_vec(&mesh) else { return Ok(()) };
         let mut draft = Draft::of(&bytes);
         for (atom, place, value) in changes {
@@ -187,6 +194,21 @@ proptest! {
         let mut draft = Draft::of(&load("tetrahedron.uwm"));
         draft.atoms.retain(|a| a.kind == BASE);
         draft.atoms.push(atom(RESIDUE, 0, 0, 0, &code));
+        agree(&draft.bytes());
+    }
+
+    #[test]
+    fn any_correction_and_order(
+        correction in prop::collection::vec(any::<u8>(), 0..60),
+        order in prop::collection::vec(any::<u8>(), 0..40),
+        few: bool,
+    ) {
+        // Codes of small bytes answer no at first, and come further.
+        let small = |bytes: &[u8]| -> Vec<u8> { bytes.iter().map(|x| if few { x >> 5 } else { *x }).collect() };
+        let mut draft = Draft::of(&load("torus.uwm"));
+        draft.atoms.retain(|a| a.kind != METADATA && a.kind != KEYFRAME);
+        draft.atoms.extend((!correction.is_empty()).then(|| atom(CORRECTION, 0, 0, 0, &small(&correction))));
+        draft.atoms.extend((!order.is_empty()).then(|| atom(ORDER, 0, 0, 0, &small(&order))));
         agree(&draft.bytes());
     }
 }

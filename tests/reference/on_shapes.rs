@@ -1,6 +1,7 @@
 //! Both decoders on what the encoder makes of meshes.
 
 use proptest::prelude::*;
+use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, Lattice, shapes};
@@ -8,6 +9,7 @@ use unweld::simplify::Method;
 
 use super::agree::{agree, sorted};
 use super::container::File;
+use super::golden::same_bits;
 use super::residue::Whole;
 
 pub fn every_shape() -> Vec<IndexedMesh> {
@@ -178,5 +180,29 @@ proptest! {
         options.simplify.seed = seed;
         options.preview = if precision { Preview::Schedule(vec![1, 2, 5]) } else { Preview::Off };
         comes_back(&mesh, &options);
+    }
+
+    #[test]
+    fn any_soup_exactly(
+        mesh in soup(), kind in 0..4usize, keep_order: bool, float32: bool, seed: u64, weld: bool,
+    ) {
+        let real = if float32 { Real::Binary32 } else { Real::Binary64 };
+        let mut mesh = mesh;
+        for (k, x) in mesh.positions.iter_mut().flatten().enumerate() {
+            // Small integers as they are, with noise, far apart, and with zeros of both signs.
+            *x = real.round(match kind {
+                0 => *x,
+                1 => *x * 0.1 + (k as f64 * 0.6180339887).fract() * 1e-3,
+                2 => *x * 10f64.powi(30 - k as i32 % 7),
+                _ if k % 3 == 1 => -*x,
+                _ => *x,
+            });
+        }
+        let mut options = Options { exact: Some(real), keep_order, ..with_keyframes() };
+        options.weld = if weld { Weld::Exact } else { Weld::None };
+        options.simplify.seed = seed;
+        let bytes = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+        let seen = agree(&bytes).expect("the encoder writes what can be read");
+        same_bits(&mesh, &seen.whole, keep_order);
     }
 }

@@ -6,11 +6,21 @@ use super::container::{File, RESIDUE, Result, demand, refuse};
 use super::entropy::{Code, Model, Number};
 use super::walk::{Mesh, Walk};
 
-/// Vertices and triangles of the whole of level 0 (§8.5).
+/// Vertices and triangles of the whole of level 0 (§8.5), and, in the end, those of the input (§10, §11).
 #[derive(Debug, PartialEq)]
 pub struct Whole {
     pub positions: Vec<[f64; 3]>,
     pub triangles: Vec<[usize; 3]>,
+}
+
+/// What the chapters after this one want to know of a whole.
+pub struct Origins {
+    /// The lattice points of its vertices; none for the far ones.
+    pub points: Vec<Option<[i64; 3]>>,
+    /// The corners of the walk's triangles, as vertices of the mesh, in the order of the whole.
+    pub corners: Vec<[usize; 3]>,
+    /// Whether they are turned.
+    pub turned: Vec<bool>,
 }
 
 /// What a residue says; by default, nothing.
@@ -18,12 +28,17 @@ pub struct Whole {
 struct Residue {
     turned: Vec<bool>,
     group: Vec<Option<usize>>,
-    further: Vec<[f64; 3]>,
+    further: Vec<Further>,
     triangles: Vec<[usize; 3]>,
 }
 
+enum Further {
+    Near([i64; 3]),
+    Far([f64; 3]),
+}
+
 /// Level 0 with the file's residue.
-pub fn whole(file: &File, mesh: &Mesh) -> Result<Whole> {
+pub fn whole(file: &File, mesh: &Mesh) -> Result<(Whole, Origins)> {
     let walk = Walk::of(mesh);
     let vertices = walk.vertices(mesh);
     let payload = file.payload(RESIDUE, 0);
@@ -32,17 +47,11 @@ pub fn whole(file: &File, mesh: &Mesh) -> Result<Whole> {
         group: vec![None; vertices.len()],
         ..Residue::default()
     };
-    let residue = if payload.is_empty() { nothing } else { read(&payload, file, mesh, &vertices, nothing)? };
+    let residue = if payload.is_empty() { nothing } else { read(&payload, mesh, &vertices, nothing)? };
     Ok(assemble(file, mesh, &walk, &vertices, residue))
 }
 
-fn read(
-    payload: &[u8],
-    file: &File,
-    mesh: &Mesh,
-    vertices: &[usize],
-    mut residue: Residue,
-) -> Result<Residue> {
+fn read(payload: &[u8], mesh: &Mesh, vertices: &[usize], mut residue: Residue) -> Result<Residue> {
     let mut code = Code::start(payload);
     if code.even()? {
         let mut models = [Model::FRESH; 2];
@@ -74,13 +83,13 @@ fn read(
             }
         }
     }
-    residue.further = read_further(&mut code, file)?;
+    residue.further = read_further(&mut code)?;
     residue.triangles = read_triangles(&mut code, vertices.len() + residue.further.len())?;
     code.end()?;
     Ok(residue)
 }
 
-fn read_further(code: &mut Code, file: &File) -> Result<Vec<[f64; 3]>> {
+fn read_further(code: &mut Code) -> Result<Vec<Further>> {
     let mut number = Number::FRESH;
     let near = code.unsigned(&mut number)?;
     let far = code.unsigned(&mut number)?;
@@ -92,7 +101,7 @@ fn read_further(code: &mut Code, file: &File) -> Result<Vec<[f64; 3]>> {
             q[i] += code.signed(&mut axes[i])?;
         }
         demand(q.iter().all(|x| -1 << 30 < *x && *x < 1 << 30), "8.3: too far from the lattice")?;
-        further.push(file.position(q));
+        further.push(Further::Near(q));
     }
     for _ in 0..far {
         let mut position = [0.0; 3];
@@ -104,7 +113,7 @@ fn read_further(code: &mut Code, file: &File) -> Result<Vec<[f64; 3]>> {
             *x = f64::from_bits(bits);
         }
         demand(position.iter().all(|x| x.is_finite()), "8.3: a position that is not finite")?;
-        further.push(position);
+        further.push(Further::Far(position));
     }
     Ok(further)
 }
@@ -128,8 +137,8 @@ fn read_triangles(code: &mut Code, vertices: usize) -> Result<Vec<[usize; 3]>> {
 }
 
 /// §8.5.
-fn assemble(file: &File, mesh: &Mesh, walk: &Walk, vertices: &[usize], residue: Residue) -> Whole {
-    let mut positions = Vec::new();
+fn assemble(file: &File, mesh: &Mesh, walk: &Walk, vertices: &[usize], residue: Residue) -> (Whole, Origins) {
+    let (mut positions, mut points) = (Vec::new(), Vec::new());
     let mut first_of_group = BTreeMap::new();
     // For each name, a place in the walk or V plus one among the further vertices, the vertex of the whole.
     let mut named = Vec::new();
@@ -137,6 +146,7 @@ fn assemble(file: &File, mesh: &Mesh, walk: &Walk, vertices: &[usize], residue: 
         let known = group.and_then(|g| first_of_group.get(&g).copied());
         let number = known.unwrap_or_else(|| {
             positions.push(file.position(mesh.points[v]));
+            points.push(Some(mesh.points[v]));
             positions.len() - 1
         });
         if let Some(group) = group {
@@ -144,16 +154,25 @@ fn assemble(file: &File, mesh: &Mesh, walk: &Walk, vertices: &[usize], residue: 
         }
         named.push(number);
     }
-    for position in residue.further {
+    for further in residue.further {
         named.push(positions.len());
+        let (position, point) = match further {
+            Further::Near(q) => (file.position(q), Some(q)),
+            Further::Far(p) => (p, None),
+        };
         positions.push(position);
+        points.push(point);
     }
     let place: BTreeMap<usize, usize> = vertices.iter().enumerate().map(|(place, &v)| (v, place)).collect();
-    let mut triangles = Vec::new();
-    for (&c, turned) in walk.triangles.iter().zip(residue.turned) {
-        let [x, y, z] = mesh.triangle(c).map(|v| named[place[&v]]);
-        triangles.push(if turned { [x, z, y] } else { [x, y, z] });
-    }
+    let turn = |([x, y, z], turned): ([usize; 3], bool)| if turned { [x, z, y] } else { [x, y, z] };
+    let corners: Vec<[usize; 3]> = walk
+        .triangles
+        .iter()
+        .map(|&c| mesh.triangle(c))
+        .zip(residue.turned.iter().copied())
+        .map(turn)
+        .collect();
+    let mut triangles: Vec<_> = corners.iter().map(|t| t.map(|v| named[place[&v]])).collect();
     triangles.extend(residue.triangles.iter().map(|t| t.map(|name| named[name])));
-    Whole { positions, triangles }
+    (Whole { positions, triangles }, Origins { points, corners, turned: residue.turned })
 }

@@ -50,11 +50,11 @@ impl Symbol {
 impl Code<'_> {
     /// symbol(S).
     pub fn symbol(&mut self, model: &mut Symbol) -> Result<usize> {
-        let value = self.value(15);
+        let value = self.value(1 << 15);
         let met = (0..16).filter(|&i| model.end(i) <= value).count();
         let s = self.answer(met as u64, 8).min(15) as usize;
         let start = if s == 0 { 0 } else { model.end(s - 1) };
-        self.take(Part { shift: 15, start, end: (s < 15).then(|| model.end(s)) }, s as u64)?;
+        self.take(Part { parts: 1 << 15, start, end: (s < 15).then(|| model.end(s)) }, s as u64)?;
         model.learn(s);
         Ok(s)
     }

@@ -53,8 +53,10 @@ fn check_kinds(atoms: &[Atom], base: u64) -> Result<()> {
             BASE => ((1, 0, 0), base..base + 1),
             PRECISION | REFINEMENT => ((2, base.wrapping_sub(*level), *kind), 0..base),
             RESIDUE => ((3, 0, 0), 0..1),
-            METADATA => ((4, 0, 0), 0..1),
-            KEYFRAME => ((5, base.wrapping_sub(*level), 0), 0..base),
+            CORRECTION => ((4, 0, 0), 0..1),
+            ORDER => ((5, 0, 0), 0..1),
+            METADATA => ((6, 0, 0), 0..1),
+            KEYFRAME => ((7, base.wrapping_sub(*level), 0), 0..base),
             128.. => continue,
             _ => return refuse("3.3: an atom of a kind that must be known"),
         };

@@ -40,8 +40,23 @@ pub struct Conditioned {
     /// Triangles that no manifold holds, oriented and as often as in the input. An index below `positions.len()` is a
     /// vertex of the table (its first copy where it was cut), any other one is `positions.len()` more than one of `extras`.
     pub residue: Vec<[u32; 3]>,
+    /// Where all of it was in the input.
+    pub origins: Origins,
     /// What was found and done.
     pub report: ConditioningReport,
+}
+
+/// Where the parts of a [`Conditioned`] mesh were in the input.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Origins {
+    /// For each vertex of the input the first one that is the same.
+    pub same: Vec<u32>,
+    /// For each vertex of the table the vertex of the input: the first of those that are the same.
+    pub vertices: Vec<Vertex>,
+    /// The same for the vertices in no triangle of the table.
+    pub extras: Vec<Vertex>,
+    /// For each triangle of the input whether it is in the table; the others are in the residue.
+    pub in_table: BitVec,
 }
 
 /// What conditioning found and did; all are numbers of things.
@@ -114,26 +129,28 @@ pub fn condition(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
         stitches,
         extras: Vec::new(),
         residue: sorted_out.residue,
+        origins: Origins { same, vertices: origins, extras: Vec::new(), in_table: sorted_out.is_kept },
     };
-    conditioned.place_residue(&mesh.positions, &same, &origins);
+    conditioned.place_residue(&mesh.positions);
     conditioned
 }
 
 impl Conditioned {
     /// Turns the vertices of the residue from input vertices into places in `positions` and `extras`.
-    fn place_residue(&mut self, input: &[[f64; 3]], same: &[u32], origins: &[Vertex]) {
+    fn place_residue(&mut self, input: &[[f64; 3]]) {
         let mut places = vec![u32::MAX; input.len()];
-        for (copy, origin) in origins.iter().enumerate().rev() {
+        for (copy, origin) in self.origins.vertices.iter().enumerate().rev() {
             places[origin.index()] = copy as u32;
         }
         let mut in_residue: BitVec = BitVec::repeat(false, input.len());
         for &v in self.residue.iter().flatten() {
             in_residue.set(v as usize, true);
         }
-        for (v, &first) in same.iter().enumerate() {
+        for (v, &first) in self.origins.same.iter().enumerate() {
             if first as usize == v && places[v] == u32::MAX {
                 places[v] = (self.positions.len() + self.extras.len()) as u32;
                 self.extras.push(input[v]);
+                self.origins.extras.push(Vertex(first));
                 self.report.isolated_vertices += usize::from(!in_residue[v]);
             }
         }

@@ -43,6 +43,8 @@ pub(super) struct SortedOut {
     pub kept: Vec<[Vertex; 3]>,
     /// The other triangles, in the order of the input.
     pub residue: Vec<[u32; 3]>,
+    /// For each triangle of the input whether it is among the first.
+    pub is_kept: BitVec,
     /// How many of the residue have two corners on one vertex.
     pub degenerate: usize,
     /// How many of the residue repeat another triangle.
@@ -73,7 +75,8 @@ pub(super) fn set_aside(triangles: &[[u32; 3]], same: &[u32]) -> SortedOut {
             residue.push(welded(t));
         }
     }
-    SortedOut { kept, residue, degenerate: triangles.len() - ordinary, repeated: ordinary - kept_triangles }
+    let (degenerate, repeated) = (triangles.len() - ordinary, ordinary - kept_triangles);
+    SortedOut { kept, residue, is_kept: keep, degenerate, repeated }
 }
 
 fn ascending(mut vertices: [u32; 3]) -> [u32; 3] {

@@ -1,0 +1,101 @@
+//! Whether a decoded mesh is the one it was made from: as surfaces, or as lists; on the lattice, or to the last bit.
+
+use super::numbers::{count, grouped};
+use super::triangles::{Fingerprint, Zeros, difference};
+use super::uwm::Uwm;
+use anyhow::bail;
+use std::collections::HashSet;
+use unweld::codec::residue::MAX_OUTSIDE;
+use unweld::mesh::{IndexedMesh, Lattice};
+
+/// Whether `mesh` is `original`, as exactly as the file claims; `lines` gets what was found.
+///
+/// # Errors
+/// How they differ, with the name of the file.
+pub fn compare(
+    uwm: &Uwm,
+    mesh: &IndexedMesh,
+    original: &IndexedMesh,
+    original_name: &str,
+    lines: &mut Vec<String>,
+) -> anyhow::Result<()> {
+    let contents = &uwm.contents;
+    let lattice = &contents.header.lattice;
+    let (exact, ordered) = (!contents.correction().is_empty(), !contents.order().is_empty());
+    let expected = if exact { None } else { Some(on_lattice(original, lattice)) };
+    let expected = expected.as_ref().unwrap_or(original);
+    let differs = |what: String| anyhow::anyhow!("{}: not {original_name}: {what}", uwm.name);
+    let zeros = if exact { Zeros::Apart } else { Zeros::Alike };
+    if ordered && let Some(what) = lists_differ(mesh, expected, zeros) {
+        return Err(differs(what));
+    }
+    if Fingerprint::of(mesh, zeros) != Fingerprint::of(expected, zeros) {
+        let Some(d) = difference(expected, mesh, zeros) else { bail!("{}: not {original_name}", uwm.name) };
+        let [a, b, c] = d.example.map(|[x, y, z]| format!("({x}, {y}, {z})"));
+        let example = if d.example_is_missing { "missing" } else { "extra" };
+        let (missing, extra) = (grouped(d.missing as u64), grouped(d.extra as u64));
+        return Err(differs(format!(
+            "{missing} triangles missing, {extra} extra; {example} for example {a} {b} {c}"
+        )));
+    }
+    if exact && let Some([x, y, z]) = lost_vertex(mesh, original) {
+        return Err(differs(format!("there is no vertex at ({x}, {y}, {z})")));
+    }
+    let triangles = count(original.triangles.len() as u64, "triangle");
+    let what = match ordered {
+        true => {
+            format!("{} and {triangles}, in the same order", count(original.positions.len() as u64, "vertex"))
+        }
+        false => triangles,
+    };
+    let how =
+        if exact { "bit for bit".to_owned() } else { format!("to the lattice of {} bits", lattice.bits) };
+    lines.push(format!("original    {original_name}: the same {what}, {how}"));
+    Ok(())
+}
+
+/// Where the lists of two meshes differ.
+pub fn lists_differ(mesh: &IndexedMesh, other: &IndexedMesh, zeros: Zeros) -> Option<String> {
+    let counts = |mesh: &IndexedMesh| [mesh.positions.len(), mesh.triangles.len()];
+    if counts(mesh) != counts(other) {
+        let told = |[vertices, triangles]: [usize; 2]| {
+            format!("{} and {}", count(vertices as u64, "vertex"), count(triangles as u64, "triangle"))
+        };
+        return Some(format!("{}, not {}", told(counts(mesh)), told(counts(other))));
+    }
+    let same = |x: &[f64; 3], y: &[f64; 3]| x.map(|x| zeros.bits(x)) == y.map(|y| zeros.bits(y));
+    let positions = mesh.positions.iter().zip(&other.positions);
+    if let Some((v, (x, y))) = positions.enumerate().find(|(_, (x, y))| !same(x, y)) {
+        return Some(format!("vertex {v} is at {x:?}, not {y:?}"));
+    }
+    let triangles = mesh.triangles.iter().zip(&other.triangles);
+    let (t, (x, y)) = triangles.enumerate().find(|(_, (x, y))| x != y)?;
+    Some(format!("triangle {t} is {x:?}, not {y:?}"))
+}
+
+/// A position that no vertex has any more.
+fn lost_vertex(mesh: &IndexedMesh, original: &IndexedMesh) -> Option<[f64; 3]> {
+    // Vertices that differ in nothing but zeros were welded.
+    let bits = |p: &[f64; 3]| p.map(|x| Zeros::Alike.bits(x));
+    let mut used = vec![false; original.positions.len()];
+    original.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
+    let mut loose = original.positions.iter().zip(used).filter(|(_, used)| !used).map(|(p, _)| p).peekable();
+    loose.peek()?;
+    let there: HashSet<_> = mesh.positions.iter().map(bits).collect();
+    loose.find(|p| !there.contains(&bits(p))).copied()
+}
+
+/// A mesh as the file has it, if it has no correction.
+fn on_lattice(mesh: &IndexedMesh, lattice: &Lattice) -> IndexedMesh {
+    let place = |p: &[f64; 3]| {
+        let q: [f64; 3] = std::array::from_fn(|k| lattice.unclamped(p[k], k));
+        let near = q.iter().all(|x| x.abs() <= f64::from(MAX_OUTSIDE));
+        // What is far from the lattice, or has none, is kept as it is.
+        if near && (lattice.step > 0.0 || *p == lattice.origin) {
+            lattice.position(q.map(|x| x as i32))
+        } else {
+            *p
+        }
+    };
+    IndexedMesh::new(mesh.positions.iter().map(place).collect(), mesh.triangles.clone())
+}

@@ -1,0 +1,316 @@
+//! The correction: the input's coordinates at level 0, bit for bit (spec §10).
+
+use super::grid::{Grid, MAX_PLACES, Points, Real};
+use super::residue::{Extra, ResidueError, Whole, spend};
+use crate::entropy::{Bit, BitCoder, NumberModel, RangeDecoder, uniform};
+use crate::limits::Budget;
+use crate::mesh::{IndexedMesh, Lattice};
+use std::collections::HashMap;
+
+/// What level 0 lacks of the input's coordinates.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Correction {
+    /// The type of the coordinates.
+    pub real: Real,
+    /// For each axis one to four grids, in the order in which they are tried.
+    pub grids: [Vec<Grid>; 3],
+    /// The positions of the vertices of the whole, exactly.
+    pub positions: Vec<[f64; 3]>,
+    /// Copies of vertices with other signs of zeros: the vertex, and the axes as bits. Ascending, each once.
+    pub copies: Vec<(u32, u8)>,
+    /// Corners at copies: three times the triangle plus 0 to 2, and the copy. Ascending.
+    pub corners: Vec<(u32, u32)>,
+}
+
+/// Most grids of an axis.
+pub const MAX_GRIDS: usize = 4;
+/// How far a coordinate may be from a decimal, in numbers of its type, to be coded as that decimal.
+#[cfg(feature = "encode")]
+const NEAR: u64 = 16;
+
+impl Correction {
+    /// Writes the correction of level 0.
+    #[cfg(feature = "encode")]
+    pub fn encode(&self, whole: &Whole, lattice: &Lattice) -> Result<Vec<u8>, ResidueError> {
+        let mut coder = crate::entropy::RangeEncoder::default();
+        let mut copy = self.clone();
+        let budget = &mut Budget::new(crate::limits::Limits { memory: u64::MAX, work: u64::MAX });
+        copy.code(whole, lattice, &mut coder, budget)?;
+        Ok(coder.finish())
+    }
+
+    /// Reads the correction of level 0.
+    ///
+    /// # Errors
+    /// [`ResidueError`]; memory grows with what has been read.
+    pub fn decode(
+        bytes: &[u8],
+        whole: &Whole,
+        lattice: &Lattice,
+        budget: &mut Budget,
+    ) -> Result<Self, ResidueError> {
+        let mut coder = RangeDecoder::new(bytes);
+        let mut correction = Self::default();
+        correction.code(whole, lattice, &mut coder, budget)?;
+        coder.finish()?;
+        Ok(correction)
+    }
+
+    /// Puts the whole right: positions, and a vertex for each copy.
+    pub fn apply(&self, mesh: &mut IndexedMesh) {
+        mesh.positions.clone_from(&self.positions);
+        mesh.positions
+            .extend(self.copies.iter().map(|&(v, axes)| other_zeros(self.positions[v as usize], axes)));
+        self.rename(&mut mesh.triangles);
+    }
+
+    /// Puts the corners of the whole's triangles right: at copies, which follow the other vertices.
+    pub fn rename(&self, triangles: &mut [[u32; 3]]) {
+        for &(corner, copy) in &self.corners {
+            triangles[corner as usize / 3][corner as usize % 3] = self.positions.len() as u32 + copy;
+        }
+    }
+
+    fn code<C: BitCoder>(
+        &mut self,
+        whole: &Whole,
+        lattice: &Lattice,
+        coder: &mut C,
+        budget: &mut Budget,
+    ) -> Result<(), ResidueError> {
+        self.real = if coder.even(|| self.real == Real::Binary64) { Real::Binary64 } else { Real::Binary32 };
+        for grids in &mut self.grids {
+            code_grids(grids, self.real, coder)?;
+        }
+        self.code_positions(whole, lattice, coder, budget)?;
+        self.code_copies(whole, coder, budget)
+    }
+
+    fn code_positions<C: BitCoder>(
+        &mut self,
+        whole: &Whole,
+        lattice: &Lattice,
+        coder: &mut C,
+        budget: &mut Budget,
+    ) -> Result<(), ResidueError> {
+        let known = std::mem::take(&mut self.positions);
+        let mut axes: Vec<Axis> = self.grids.iter().map(|grids| Axis::new(grids, self.real)).collect();
+        for (k, vertex) in whole.vertices.iter().enumerate() {
+            if k.is_multiple_of(1024) {
+                // Of each coordinate what was seen last, until all are read.
+                budget.take_memory(1024, BYTES_SEEN).map_err(ResidueError::Limit)?;
+            }
+            spend(budget, k)?;
+            let p = vertex.position(lattice);
+            let Extra::Lattice(q) = *vertex else {
+                if !p.iter().all(|&x| self.real.holds(x)) {
+                    return Err(ResidueError::Range(
+                        "a further vertex is not of the type of the coordinates",
+                    ));
+                }
+                self.positions.push(p);
+                continue;
+            };
+            let truth = known.get(k).copied().unwrap_or_default();
+            let mut position = [0.0; 3];
+            for i in 0..3 {
+                position[i] = axes[i].coordinate(q[i], p[i], lattice.step * 0.5, coder, truth[i])?;
+            }
+            coder.check()?;
+            self.positions.push(position);
+        }
+        budget.give_memory(whole.vertices.len().next_multiple_of(1024), BYTES_SEEN);
+        Ok(())
+    }
+
+    fn code_copies<C: BitCoder>(
+        &mut self,
+        whole: &Whole,
+        coder: &mut C,
+        budget: &mut Budget,
+    ) -> Result<(), ResidueError> {
+        let fault = || {
+            ResidueError::Range("a copy of a vertex that does not exist, has no such zero, or is told twice")
+        };
+        let known = (std::mem::take(&mut self.copies), std::mem::take(&mut self.corners));
+        let count = NumberModel::default().unsigned(coder, || known.0.len() as u32)?;
+        let mut steps = NumberModel::default();
+        // The copies of each vertex that has some, as the first and how many.
+        let mut copies_of: HashMap<u32, (u32, u32)> = HashMap::new();
+        let mut last = 0u32;
+        for k in 0..count as usize {
+            spend(budget, k)?;
+            let truth = known.0.get(k).copied().unwrap_or((last, 1));
+            let step = steps.unsigned(coder, || truth.0 - last)?;
+            let v = last.checked_add(step).ok_or_else(fault)?;
+            let axes = 1 + coder.below(7, || u32::from(truth.1) - 1) as u8;
+            coder.check()?;
+            let position = self.positions.get(v as usize).ok_or_else(fault)?;
+            let zeros = (0..3).all(|i| axes >> i & 1 == 0 || position[i] == 0.0);
+            if !zeros || self.copies.last().is_some_and(|&before| before >= (v, axes)) {
+                return Err(fault());
+            }
+            copies_of.entry(v).or_insert((k as u32, 0)).1 += 1;
+            self.copies.push((v, axes));
+            last = v;
+        }
+        if count == 0 {
+            return Ok(());
+        }
+        let mut choices = NumberModel::default();
+        let mut ahead = known.1.iter().peekable();
+        for (corner, v) in whole.triangles.as_flattened().iter().enumerate() {
+            let Some(&(first, count)) = copies_of.get(v) else { continue };
+            let truth = ahead.next_if(|&&(c, _)| c as usize == corner);
+            match choices.unsigned(coder, || truth.map_or(0, |&(_, copy)| copy - first + 1))? {
+                0 => {}
+                k if k <= count => {
+                    spend(budget, self.corners.len())?;
+                    self.corners.push((corner as u32, first + k - 1));
+                }
+                _ => return Err(ResidueError::Range("a corner names a copy that does not exist")),
+            }
+            coder.check()?;
+        }
+        Ok(())
+    }
+}
+
+/// A position with the other sign on these axes.
+pub fn other_zeros(position: [f64; 3], axes: u8) -> [f64; 3] {
+    std::array::from_fn(|i| if axes >> i & 1 == 1 { -position[i] } else { position[i] })
+}
+
+fn code_grids<C: BitCoder>(grids: &mut Vec<Grid>, real: Real, coder: &mut C) -> Result<(), ResidueError> {
+    let known = std::mem::take(grids);
+    let count = 1 + coder.bits(2, || known.len() as u32 - 1);
+    for k in 0..count as usize {
+        let truth = known.get(k).copied().unwrap_or(Grid::Binary { dropped: 0 });
+        let (decimal, [a, b]) = match truth {
+            Grid::Binary { dropped } => (false, [dropped, 0]),
+            Grid::Decimal { digits, places } => (true, [digits, places]),
+        };
+        let grid = if coder.even(|| decimal) {
+            Grid::Decimal { digits: coder.bits(4, || a), places: coder.bits(5, || b) }
+        } else {
+            Grid::Binary { dropped: coder.bits(6, || a) }
+        };
+        let sound = match grid {
+            Grid::Binary { dropped } => dropped <= real.bits() - 2,
+            Grid::Decimal { digits, places } => digits > 0 && places <= MAX_PLACES,
+        };
+        if !sound {
+            return Err(ResidueError::Range("a grid of coordinates is out of range"));
+        }
+        grids.push(grid);
+    }
+    Ok(())
+}
+
+/// The models of an axis, and what it remembers.
+struct Axis {
+    real: Real,
+    grids: Vec<Points>,
+    again: [Bit; 4],
+    on: [Bit; MAX_GRIDS],
+    off: NumberModel,
+    /// For each lattice coordinate what its last vertex had, and how it came to have that.
+    seen: HashMap<i32, (f64, u8)>,
+}
+
+impl Axis {
+    fn new(grids: &[Grid], real: Real) -> Self {
+        Self {
+            real,
+            grids: grids.iter().map(|&grid| Points::new(grid, real)).collect(),
+            again: [Bit::NEW; 4],
+            on: [Bit::NEW; MAX_GRIDS],
+            off: NumberModel::default(),
+            seen: HashMap::new(),
+        }
+    }
+
+    /// A coordinate of a vertex at `p`, point `q` of the lattice.
+    fn coordinate<C: BitCoder>(
+        &mut self,
+        q: i32,
+        p: f64,
+        half: f64,
+        coder: &mut C,
+        truth: f64,
+    ) -> Result<f64, ResidueError> {
+        let mut next = 1;
+        if let Some((x, state)) = self.seen.get_mut(&q) {
+            let again = &mut self.again[usize::from(*state & 3)];
+            if coder.bit(again, || x.to_bits() == truth.to_bits()) {
+                *state = (*state + 1).min(3);
+                return Ok(*x);
+            }
+            next = 0;
+        }
+        let x = self.fresh(p, half, coder, truth)?;
+        self.seen.insert(q, (x, next));
+        Ok(x)
+    }
+
+    fn fresh<C: BitCoder>(
+        &mut self,
+        p: f64,
+        half: f64,
+        coder: &mut C,
+        truth: f64,
+    ) -> Result<f64, ResidueError> {
+        let range = || ResidueError::Range("a coordinate is out of range");
+        for (points, on) in self.grids.iter().zip(&mut self.on) {
+            let (low, count) = points.within(p - half, p + half);
+            let found = if C::ENCODES { place(points, self.real, truth, low, count) } else { None };
+            if !coder.bit(on, || found.is_some()) {
+                continue;
+            }
+            let (index, offset) = found.unwrap_or_default();
+            let index = uniform(coder, count, || index)?;
+            let mut x = points.point(low.wrapping_add(index as i64)).ok_or_else(range)?;
+            if let Grid::Decimal { .. } = points.grid {
+                let offset = self.off.signed(coder, || offset)?;
+                x = self.real.number(self.real.key(x) + i64::from(offset)).ok_or_else(range)?;
+            }
+            return if x.is_finite() { Ok(x) } else { Err(range()) };
+        }
+        let bits = self.real.bits();
+        let truth = match self.real {
+            Real::Binary32 => u64::from((truth as f32).to_bits()),
+            Real::Binary64 => truth.to_bits(),
+        };
+        let word = (0..bits / 16).rev().fold(0, |word, k| {
+            word << 16 | u64::from(coder.bits(16, || (truth >> (16 * k) & 0xFFFF) as u32))
+        });
+        let x = match self.real {
+            Real::Binary32 => f64::from(f32::from_bits(word as u32)),
+            Real::Binary64 => f64::from_bits(word),
+        };
+        if x.is_finite() { Ok(x) } else { Err(range()) }
+    }
+}
+
+/// Where `x` is among `count` points from `low` on, and how far off it; `None` where it is elsewhere.
+#[cfg(feature = "encode")]
+pub fn place(points: &Points, real: Real, x: f64, low: i64, count: u64) -> Option<(u64, i32)> {
+    let near = |i: i64| {
+        let index = i.wrapping_sub(low) as u64;
+        let point = points.point(i).filter(|point| i >= low && index < count && point.is_finite())?;
+        let offset = real.key(x).checked_sub(real.key(point))?;
+        let most = if let Grid::Decimal { .. } = points.grid { NEAR } else { 0 };
+        (offset.unsigned_abs() <= most).then_some((index, offset as i32))
+    };
+    let least = points.least(x);
+    (-1..=1).filter_map(|k| near(least + k)).min_by_key(|&(_, offset)| offset.unsigned_abs())
+}
+
+/// A decoder looks for nothing.
+#[cfg(not(feature = "encode"))]
+fn place(_: &Points, _: Real, _: f64, _: i64, _: u64) -> Option<(u64, i32)> {
+    None
+}
+
+/// What a vertex leaves in the memory of the axes, at most, until all vertices are read.
+const BYTES_SEEN: usize = 3 * 48;

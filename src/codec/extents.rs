@@ -1,0 +1,181 @@
+//! Where the vertices are, and how large everything is round them (spec §5.5.1).
+
+use super::vector::{Vector, truncate_long};
+use crate::mesh::Vertex;
+use crate::refine::ProgressiveMesh;
+
+/// What a level pass knows of a vertex: where it is, and how large everything is there.
+#[derive(Clone, Copy, Debug)]
+#[repr(align(32))]
+pub struct Extent {
+    /// Its cell.
+    pub cell: Vector,
+    /// Sum of the squared lengths of its edges, each rounded down to an integer: in integers their order does not matter.
+    squares: i64,
+    /// How many edges it has.
+    edges: i32,
+    /// The last new vertex whose link it was on.
+    pub linked: Vertex,
+}
+
+impl Extent {
+    fn nowhere() -> Self {
+        Self { cell: Vector::default(), squares: 0, edges: 0, linked: Vertex::NONE }
+    }
+}
+
+/// The vertices of a mesh under refinement, by number.
+#[derive(Clone, Debug, Default)]
+pub struct Extents {
+    extents: Vec<Extent>,
+    precision: u32,
+}
+
+/// Classes of [`Extents::class`].
+pub const CLASSES: usize = 20;
+
+impl Extents {
+    /// Measures a mesh in cells of side 2^`precision`.
+    pub fn new(mesh: &ProgressiveMesh, precision: u32) -> Self {
+        let mut this = Self { extents: Vec::with_capacity(mesh.positions.capacity()), precision };
+        for (v, &position) in (0..).map(Vertex).zip(&mesh.positions) {
+            this.put(v, position);
+        }
+        for c in mesh.table.triangles().flat_map(|t| t.corners()) {
+            // NONE is the largest number: every edge is met once.
+            if c < mesh.table.opposite(c) {
+                let (a, b) = mesh.table.edge(c);
+                this.count_edge(a, b, true);
+            }
+        }
+        this
+    }
+
+    /// What is known of a vertex of the mesh.
+    #[inline(always)]
+    pub fn at(&self, v: Vertex) -> &Extent {
+        &self.extents[v.index()]
+    }
+
+    /// The cell of a vertex.
+    #[inline(always)]
+    pub fn cell(&self, v: Vertex) -> Vector {
+        self.at(v).cell
+    }
+
+    /// How many edges a vertex has, and the sum of their squares.
+    #[cfg(test)]
+    pub fn extent(&self, v: Vertex) -> (i32, i64) {
+        (self.at(v).edges, self.at(v).squares)
+    }
+
+    /// Says that `w` is on the link of `v`.
+    #[inline(always)]
+    pub fn link(&mut self, w: Vertex, v: Vertex) {
+        self.extents[w.index()].linked = v;
+    }
+
+    /// Makes room for so many vertices in all.
+    pub fn reserve(&mut self, vertices: usize) {
+        self.extents.reserve_exact(vertices.saturating_sub(self.extents.len()));
+    }
+
+    /// Puts a vertex, without edges, where it is at full scale.
+    #[inline]
+    pub fn put(&mut self, v: Vertex, position: [i32; 3]) {
+        let cell = Vector::of_cell(position.map(|x| x >> self.precision));
+        let extent = Extent { cell, ..Extent::nowhere() };
+        if v.index() == self.extents.len() {
+            self.extents.push(extent);
+        } else {
+            // A writer's vertices come in an order of its own.
+            self.extents.resize(self.extents.len().max(v.index() + 1), Extent::nowhere());
+            self.extents[v.index()] = extent;
+        }
+    }
+
+    /// Counts an edge that has appeared, or one that is about to go.
+    #[inline]
+    pub fn count_edge(&mut self, a: Vertex, b: Vertex, is_new: bool) {
+        let edge = self.cell(b) - self.cell(a);
+        let square = length_squared(edge);
+        let (square, one) = if is_new { (square, 1) } else { (-square, -1) };
+        for v in [a, b] {
+            let extent = &mut self.extents[v.index()];
+            extent.squares = extent.squares.wrapping_add(square);
+            extent.edges += one;
+        }
+    }
+
+    /// Counts the edges of a new vertex to its link.
+    #[inline(always)]
+    pub fn spokes(&mut self, v: Vertex) -> Spokes<'_> {
+        Spokes { at: self.cell(v), extents: &mut self.extents, v, squares: 0, edges: 0 }
+    }
+
+    /// How long an edge is beside those round it: the class of its squared length over the mean of those of the edges at its ends.
+    #[inline(always)]
+    pub fn class(&self, a: Vertex, b: Vertex) -> usize {
+        let (a, b) = (self.at(a), self.at(b));
+        let (edge, edges) = (b.cell - a.cell, (a.edges + b.edges) as f32);
+        let size = edge.dot(edge) * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
+        // Quarter octaves from 2^-2.5 on: the leading bits of the number.
+        ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(CLASSES - 1)
+    }
+}
+
+/// The edges of a new vertex while they are counted.
+pub struct Spokes<'a> {
+    extents: &'a mut [Extent],
+    v: Vertex,
+    at: Vector,
+    squares: i64,
+    edges: i32,
+}
+
+impl Spokes<'_> {
+    /// Counts the edge to `w`.
+    #[inline(always)]
+    pub fn count(&mut self, w: Vertex) {
+        let extent = &mut self.extents[w.index()];
+        let square = length_squared(extent.cell - self.at);
+        extent.squares = extent.squares.wrapping_add(square);
+        extent.edges += 1;
+        self.squares = self.squares.wrapping_add(square);
+        self.edges += 1;
+    }
+
+    /// All edges have been counted.
+    #[inline(always)]
+    pub fn finish(self) {
+        let extent = &mut self.extents[self.v.index()];
+        (extent.squares, extent.edges) = (self.squares, self.edges);
+    }
+}
+
+/// Rounded down to an integer.
+#[inline(always)]
+fn length_squared(v: Vector) -> i64 {
+    truncate_long(v.dot(v))
+}
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::mesh::CornerTable;
+    use crate::refine::Roots;
+
+    /// The square of the specification (spec §5.7.1).
+    #[test]
+    fn a_square_and_its_diagonal() {
+        let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
+        let positions = vec![[0, 0, 0], [255, 0, 0], [255, 255, 0], [0, 255, 0]];
+        let roots = Roots::choose(&table);
+        let extents = Extents::new(&ProgressiveMesh { table, positions, roots }, 0);
+        let of_all: Vec<_> = (0..4).map(|v| extents.extent(Vertex(v))).collect();
+        assert_eq!(of_all, [(3, 260_100), (2, 130_050), (3, 260_100), (2, 130_050)]);
+        // 65025 * 5 / 390150 = 0.83, the third quarter of the octave from 2^-1 on; 130050 * 6 / 520200 = 1.5, the third of that from 1.
+        assert_eq!(extents.class(Vertex(0), Vertex(1)), 8);
+        assert_eq!(extents.class(Vertex(2), Vertex(0)), 12);
+    }
+}

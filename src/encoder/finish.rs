@@ -1,0 +1,199 @@
+//! What level 0 lacks of the input: the residue, and where it is asked for the correction and the order. All of it is
+//! named by places in the walk of level 0.
+
+use super::residue::{Named, turned};
+use super::{Options, grids};
+use crate::codec::correction::Correction;
+use crate::codec::grid::Real;
+use crate::codec::order::{Order, Origin};
+use crate::codec::residue::{Extra, ResidueCounts, ResidueError, Whole};
+use crate::codec::walk::Walk;
+use crate::error::{Error, Result};
+use crate::mesh::topology::Conditioned;
+use crate::mesh::{IndexedMesh, Lattice, Vertex};
+use crate::refine::ProgressiveMesh;
+
+/// The payloads of level 0; those that are not wanted are empty.
+#[derive(Debug, Default)]
+pub struct Payloads {
+    /// The residue.
+    pub residue: Vec<u8>,
+    /// What it holds.
+    pub counts: ResidueCounts,
+    /// The correction.
+    pub correction: Vec<u8>,
+    /// Vertices that it adds, copies with other zeros.
+    pub copies: usize,
+    /// The order.
+    pub order: Vec<u8>,
+}
+
+/// What is kept of the input until level 0 is there.
+#[derive(Debug)]
+pub struct Finish<'a> {
+    input: &'a IndexedMesh,
+    exact: Option<Real>,
+    keep_order: bool,
+    /// Whether vertices that are the same have zeros of other signs.
+    zeros_differ: bool,
+    /// The triangles of the conditioned table, where they will be needed.
+    triangles: Vec<[Vertex; 3]>,
+}
+
+impl<'a> Finish<'a> {
+    /// Keeps what it takes.
+    pub fn new(input: &'a IndexedMesh, conditioned: &Conditioned, options: &Options) -> Self {
+        let same = &conditioned.origins.same;
+        let zeros_differ =
+            options.exact.is_some() && (0..same.len()).any(|v| other_signs(input, v, same[v] as usize) != 0);
+        let mut triangles = Vec::new();
+        if zeros_differ || options.keep_order {
+            triangles = conditioned.table.triangles().map(|t| conditioned.table.triangle(t)).collect();
+        }
+        Self { input, exact: options.exact, keep_order: options.keep_order, zeros_differ, triangles }
+    }
+
+    /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where a part has a number that cannot be written.
+    pub fn payloads(
+        &self,
+        conditioned: &Conditioned,
+        mesh: &ProgressiveMesh,
+        lattice: &Lattice,
+    ) -> Result<Payloads> {
+        let walk = Walk::new(&mesh.table, &mesh.roots);
+        let named = Named::new(conditioned, mesh, &walk, lattice);
+        let mut payloads = Payloads { counts: named.residue.counts(), ..Payloads::default() };
+        let cannot = |e: ResidueError| Error::Parameter(e.to_string());
+        if !named.residue.is_empty() {
+            payloads.residue = named.residue.encode(mesh).map_err(cannot)?;
+        }
+        if self.exact.is_none() && !self.keep_order {
+            return Ok(payloads);
+        }
+        let mut whole = named.residue.whole(mesh, &walk);
+        let mut vertices = named.vertices(conditioned, &whole);
+        let origins = if self.zeros_differ || self.keep_order {
+            self.origins(conditioned, &named, &whole, &vertices)
+        } else {
+            Vec::new()
+        };
+        let mut count = whole.vertices.len();
+        if let Some(real) = self.exact {
+            let mut correction = self.correction(real, conditioned, &whole, &vertices, lattice);
+            if self.zeros_differ {
+                self.copy(&mut correction, conditioned, &mut vertices, &origins);
+            }
+            payloads.correction = correction.encode(&whole, lattice).map_err(cannot)?;
+            correction.rename(&mut whole.triangles);
+            payloads.copies = correction.copies.len();
+            count += payloads.copies;
+        }
+        if self.keep_order {
+            let order = Order { vertices, triangles: self.input.triangles.clone() };
+            payloads.order = order.encode(mesh, &named.residue, &whole, count, &origins).map_err(cannot)?;
+        }
+        Ok(payloads)
+    }
+
+    fn correction(
+        &self,
+        real: Real,
+        conditioned: &Conditioned,
+        whole: &Whole,
+        vertices: &[u32],
+        lattice: &Lattice,
+    ) -> Correction {
+        let mut positions = vec![[0.0; 3]; whole.vertices.len()];
+        for (v, &first) in conditioned.origins.same.iter().enumerate() {
+            if first as usize == v {
+                positions[vertices[v] as usize] = self.input.positions[v];
+            }
+        }
+        let near = || whole.vertices.iter().zip(&positions).filter(|(v, _)| matches!(v, Extra::Lattice(_)));
+        let step = near().count().div_ceil(SAMPLES).max(1);
+        let grids = std::array::from_fn(|k| {
+            let samples = near().step_by(step).map(|(v, x)| (x[k], v.position(lattice)[k]));
+            grids::choose(&samples.collect::<Vec<_>>(), lattice.step * 0.5, real)
+        });
+        Correction { real, grids, positions, ..Correction::default() }
+    }
+
+    /// Makes copies of vertices for those of the input that have other zeros: for those at corners, or for all if all of them
+    /// are kept. These become their vertices of the whole.
+    fn copy(
+        &self,
+        correction: &mut Correction,
+        conditioned: &Conditioned,
+        vertices: &mut [u32],
+        origins: &[Origin],
+    ) {
+        let same = &conditioned.origins.same;
+        let copy_of = |v: u32, vertices: &[u32]| {
+            let axes = other_signs(self.input, v as usize, same[v as usize] as usize);
+            (axes != 0).then(|| (vertices[v as usize], axes))
+        };
+        let corners = self.input.triangles.as_flattened();
+        correction.copies = if self.keep_order {
+            (0..vertices.len() as u32).filter_map(|v| copy_of(v, vertices)).collect()
+        } else {
+            corners.iter().filter_map(|&v| copy_of(v, vertices)).collect()
+        };
+        correction.copies.sort_unstable();
+        correction.copies.dedup();
+        for (t, &(place, first)) in origins.iter().enumerate() {
+            for (k, &v) in self.input.triangles[t].iter().enumerate() {
+                let copy = copy_of(v, vertices).and_then(|copy| correction.copies.binary_search(&copy).ok());
+                if let Some(copy) = copy {
+                    let corner = 3 * place + (k as u32 + first) % 3;
+                    correction.corners.push((corner, copy as u32));
+                }
+            }
+        }
+        correction.corners.sort_unstable();
+        let copies: Vec<_> = (0..vertices.len() as u32).map(|v| copy_of(v, vertices)).collect();
+        for (vertex, copy) in vertices.iter_mut().zip(copies) {
+            if let Some(copy) = copy.and_then(|copy| correction.copies.binary_search(&copy).ok()) {
+                *vertex = (correction.positions.len() + copy) as u32;
+            }
+        }
+    }
+
+    /// For each triangle of the input its place in the whole, and the corner there at which it begins.
+    fn origins(
+        &self,
+        conditioned: &Conditioned,
+        named: &Named,
+        whole: &Whole,
+        vertices: &[u32],
+    ) -> Vec<Origin> {
+        let in_table = &conditioned.origins.in_table;
+        let mut sorted: Vec<([Vertex; 3], u32)> =
+            named.triangles.iter().zip(0..).map(|(&t, place)| (turned(t), place)).collect();
+        sorted.sort_unstable();
+        let mut origins = vec![(0, 0); self.input.triangles.len()];
+        for (t, &triangle) in in_table.iter_ones().zip(&self.triangles) {
+            let found = sorted.binary_search_by_key(&turned(triangle), |&(other, _)| other);
+            let place = sorted[found.expect("level 0 has the triangles of the table")].1;
+            let first = vertices[self.input.triangles[t][0] as usize];
+            let turn = whole.triangles[place as usize].iter().position(|&v| v == first);
+            origins[t] = (place, turn.expect("they have the same vertices") as u32);
+        }
+        let outside: Vec<usize> = in_table.iter_zeros().collect();
+        for (&k, place) in named.further.iter().zip(named.triangles.len() as u32..) {
+            origins[outside[k as usize]] = (place, 0);
+        }
+        origins
+    }
+}
+
+/// The axes, as bits, on which two vertices in one place have zeros of different signs.
+fn other_signs(mesh: &IndexedMesh, v: usize, w: usize) -> u8 {
+    let (v, w) = (mesh.positions[v], mesh.positions[w]);
+    (0..3).fold(0, |axes, k| axes | u8::from(v[k].to_bits() != w[k].to_bits()) << k)
+}
+
+/// Coordinates of an axis by which its grids are chosen, at most.
+const SAMPLES: usize = 2048;

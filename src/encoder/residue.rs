@@ -1,0 +1,121 @@
+//! The residue of an encoding, and the names that it gives to the parts of the input.
+
+use crate::codec::residue::{Extra, MAX_OUTSIDE, Residue, Whole};
+use crate::codec::walk::Walk;
+use crate::mesh::topology::Conditioned;
+use crate::mesh::{Lattice, Vertex};
+use crate::refine::ProgressiveMesh;
+
+/// The residue, and which part of the conditioned mesh has which name in it.
+pub struct Named {
+    /// What the manifold lacks of the input, named by places in the walk of level 0.
+    pub residue: Residue,
+    /// The triangles of the walk, by vertices of the conditioned table.
+    pub triangles: Vec<[Vertex; 3]>,
+    /// For each further triangle its place in the conditioned mesh's residue.
+    pub further: Vec<u32>,
+    /// For each vertex of the table its place in the walk.
+    place: Vec<u32>,
+    /// For each of the conditioned mesh's extras its name.
+    extra_names: Vec<u32>,
+}
+
+impl Named {
+    /// Names the parts by the walk of `mesh`, level 0, whose vertices have the numbers of the conditioned table.
+    pub fn new(conditioned: &Conditioned, mesh: &ProgressiveMesh, walk: &Walk, lattice: &Lattice) -> Self {
+        let order = walk.vertices(&mesh.table);
+        let vertices = order.len();
+        let mut place = vec![u32::MAX; conditioned.origins.vertices.len()];
+        for (k, v) in order.iter().enumerate() {
+            place[v.index()] = k as u32;
+        }
+        let triangles: Vec<[Vertex; 3]> =
+            walk.triangles.iter().map(|&c| mesh.table.triangle(c.triangle())).collect();
+        let mut residue = Residue::default();
+        if conditioned.flipped.any() {
+            let table = &conditioned.table;
+            let mut flipped: Vec<_> = table
+                .triangles()
+                .filter(|t| conditioned.flipped[t.index()])
+                .map(|t| turned(table.triangle(t)))
+                .collect();
+            flipped.sort_unstable();
+            residue.flipped = triangles.iter().map(|&t| flipped.binary_search(&turned(t)).is_ok()).collect();
+        }
+        if !conditioned.stitches.is_empty() {
+            let mut group = vec![u32::MAX; vertices];
+            for (number, stitch) in conditioned.stitches.iter().enumerate() {
+                for v in stitch {
+                    group[place[v.index()] as usize] = number as u32;
+                }
+            }
+            // Groups are numbered by their first vertex in the walk.
+            let mut renumbered = vec![u32::MAX; conditioned.stitches.len()];
+            let mut count = 0;
+            for group in group.iter_mut().filter(|g| **g != u32::MAX) {
+                let number = &mut renumbered[*group as usize];
+                if *number == u32::MAX {
+                    *number = count;
+                    count += 1;
+                }
+                *group = *number;
+            }
+            residue.groups = group;
+        }
+        let mut extras: Vec<(Extra, usize)> =
+            conditioned.extras.iter().enumerate().map(|(k, &p)| (extra(p, lattice), k)).collect();
+        extras.sort_by(|(x, _), (y, _)| match (x, y) {
+            (Extra::Lattice(x), Extra::Lattice(y)) => x.cmp(y),
+            (Extra::Lattice(_), Extra::Exact(_)) => std::cmp::Ordering::Less,
+            (Extra::Exact(_), Extra::Lattice(_)) => std::cmp::Ordering::Greater,
+            (Extra::Exact(x), Extra::Exact(y)) => x.partial_cmp(y).unwrap_or(std::cmp::Ordering::Equal),
+        });
+        let mut extra_names = vec![0; extras.len()];
+        for (k, (_, from)) in extras.iter().enumerate() {
+            extra_names[*from] = (vertices + k) as u32;
+        }
+        residue.extras = extras.into_iter().map(|(extra, _)| extra).collect();
+        let named = |v: u32| match place.get(v as usize) {
+            Some(&place) => place,
+            None => extra_names[v as usize - place.len()],
+        };
+        let named = conditioned.residue.iter().map(|t| t.map(named));
+        let mut further: Vec<([u32; 3], u32)> = named.zip(0..).collect();
+        further.sort_unstable();
+        residue.triangles = further.iter().map(|&(t, _)| t).collect();
+        let further = further.into_iter().map(|(_, from)| from).collect();
+        Self { residue, triangles, further, place, extra_names }
+    }
+
+    /// For each vertex of the input its vertex of the whole.
+    pub fn vertices(&self, conditioned: &Conditioned, whole: &Whole) -> Vec<u32> {
+        let origins = &conditioned.origins;
+        let mut vertices = vec![u32::MAX; origins.same.len()];
+        let names = self.place.iter().chain(&self.extra_names);
+        for (v, &name) in origins.vertices.iter().chain(&origins.extras).zip(names) {
+            vertices[v.index()] = whole.names[name as usize];
+        }
+        for (v, &first) in origins.same.iter().enumerate() {
+            vertices[v] = vertices[first as usize];
+        }
+        vertices
+    }
+}
+
+/// A triangle from its least vertex.
+pub fn turned(mut t: [Vertex; 3]) -> [Vertex; 3] {
+    let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+    t.rotate_left(least);
+    t
+}
+
+/// A vertex outside the manifold: on the lattice where that can say where it is.
+fn extra(position: [f64; 3], lattice: &Lattice) -> Extra {
+    let q: [f64; 3] = std::array::from_fn(|k| lattice.unclamped(position[k], k));
+    let near = q.iter().all(|x| x.abs() <= f64::from(MAX_OUTSIDE));
+    if near && (lattice.step > 0.0 || position == lattice.origin) {
+        Extra::Lattice(q.map(|x| x as i32))
+    } else {
+        Extra::Exact(position)
+    }
+}

@@ -64,7 +64,7 @@ impl Extents {
     }
 
     /// How many edges a vertex has, and the sum of their squares.
-    #[cfg(test)]
+    #[cfg(all(test, feature = "encode"))]
     pub fn extent(&self, v: Vertex) -> (i32, i64) {
         (self.at(v).edges, self.at(v).squares)
     }

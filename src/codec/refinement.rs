@@ -188,7 +188,7 @@ impl LevelPass {
     }
 
     /// Whether extents are what a new measurement would find.
-    #[cfg(test)]
+    #[cfg(all(test, feature = "encode"))]
     pub(super) fn is_measured(&self, mesh: &ProgressiveMesh) -> bool {
         let fresh = Extents::new(mesh, self.precision);
         let used = |v: &Vertex| mesh.table.corner_of(*v).is_some();

@@ -14,6 +14,7 @@ use crate::container::{Atom, AtomKind, Contents, Metadata};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
 use crate::limits::Budget;
+use crate::mesh::corner_table::MAX_TRIANGLES;
 use crate::refine::ProgressiveMesh;
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -326,6 +327,10 @@ impl Session {
             let before = before.take();
             let precision = contents.levels[atom.level as usize].precision;
             self.pay_for_walk()?;
+            let needed = u64::from(contents.levels[atom.level as usize].triangles);
+            if needed >= MAX_TRIANGLES as u64 {
+                return Err(Error::Limit { what: "triangles", needed, allowed: MAX_TRIANGLES as u64 - 1 });
+            }
             let counts = |level: u32| {
                 let entry = &contents.levels[level as usize];
                 [entry.vertices as usize, entry.triangles as usize]

@@ -49,6 +49,9 @@ impl Record {
     }
 }
 
+/// There are numbers for the corners of fewer triangles than this; those of the last one would be `NONE`'s.
+pub const MAX_TRIANGLES: usize = 1 << 30;
+
 /// Why some triangles are not an oriented manifold.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TopologyError {

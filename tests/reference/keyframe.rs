@@ -22,7 +22,7 @@ pub fn read(payload: &[u8], level: Level, bits: u32) -> Result<Mesh> {
 pub fn read_code(code: &mut Code, boundary: u64, level: Level, bits: u32) -> Result<Mesh> {
     demand(boundary <= 3 * level.triangles, "7: boundary edges")?;
     let count = level.triangles + boundary;
-    demand(3 * count < (1 << 32) - 1, "7: corners")?;
+    demand(count < 1 << 30, "7: triangles and caps")?;
     let gluing = connectivity::read(code, count as usize)?;
     let fans = Fans::of(&gluing);
     let caps = read_caps(code, &gluing, &fans, boundary)?;

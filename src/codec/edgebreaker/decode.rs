@@ -3,6 +3,7 @@
 use super::{Models, Symbol};
 use crate::entropy::{BitCoder, CodingError};
 use crate::limits::Budget;
+use crate::mesh::corner_table::MAX_TRIANGLES;
 use crate::mesh::{Corner, CornerMap, CornerTable, Triangle, Vertex};
 use crate::refine::Roots;
 use bitvec::vec::BitVec;
@@ -47,7 +48,7 @@ pub fn decode<C: BitCoder>(
     budget: &mut Budget,
 ) -> Result<Connectivity, ConnectivityError> {
     let total = triangles as usize + boundary as usize;
-    if total as u64 * 4 >= u64::from(u32::MAX) {
+    if total >= MAX_TRIANGLES {
         return Err(ConnectivityError::Mesh(
             "more triangles and boundary edges than corners have numbers".into(),
         ));

@@ -125,7 +125,6 @@ enum Pass {
 #[derive(Debug)]
 pub struct LevelPass {
     walk: Walk,
-    visited: Vec<bool>,
     extents: Extents,
     /// By slot: [`STAR`] for a triangle in the star of a vertex of this level, else how many of its edges are boundary or have
     /// a star beyond.
@@ -157,7 +156,6 @@ impl LevelPass {
     pub fn new(mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
         let mut this = Self {
             walk: Walk::default(),
-            visited: Vec::new(),
             extents: Extents::new(mesh, precision),
             states: Vec::new(),
             boundary: Vec::new(),
@@ -200,10 +198,11 @@ impl LevelPass {
 
     fn walk(&mut self, mesh: &ProgressiveMesh) {
         let table = &mesh.table;
-        self.walk.again(table, &mesh.roots, &mut self.visited);
         self.states.clear();
         self.states.reserve_exact(table.capacity());
-        self.states.resize(table.slots(), 0);
+        // Where the walk has been is no longer of interest afterwards.
+        self.walk.again(table, &mesh.roots, &mut self.states);
+        self.states.fill(0);
         self.boundary.clear();
         for &k in &self.walk.boundary {
             self.states[k.triangle().index()] += 1;

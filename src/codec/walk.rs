@@ -26,14 +26,14 @@ impl Walk {
         walk
     }
 
-    /// Walks anew where an earlier walk, and what it had `visited`, leave their memory.
-    pub fn again(&mut self, table: &CornerTable, roots: &Roots, visited: &mut Vec<bool>) {
+    /// Walks anew where an earlier walk leaves its memory. Every triangle `visited` is marked with 1, by slot.
+    pub fn again(&mut self, table: &CornerTable, roots: &Roots, visited: &mut Vec<u8>) {
         let walk = self;
         walk.triangles.clear();
         walk.triangles.reserve_exact(table.triangle_count());
         walk.boundary.clear();
         visited.clear();
-        visited.resize(table.slots(), false);
+        visited.resize(table.slots(), 0);
         let edges = &mut walk.edges;
         // As many as a closed surface has.
         let most = table.triangle_count() + table.triangle_count() / 2;
@@ -41,7 +41,7 @@ impl Walk {
         edges.resize(edges.len().max(most), Corner::NONE);
         let mut tail = 0;
         for root in roots.corners(table) {
-            visited[root.triangle().index()] = true;
+            visited[root.triangle().index()] = 1;
             walk.triangles.push(root);
             make_room(edges, tail + 3);
             edges[tail..tail + 3].copy_from_slice(&[root, root.next(), root.prev()]);
@@ -55,13 +55,14 @@ impl Walk {
                     walk.boundary.push(edge);
                     continue;
                 }
-                if std::mem::replace(&mut visited[entry.triangle().index()], true) {
+                if std::mem::replace(&mut visited[entry.triangle().index()], 1) == 1 {
                     continue;
                 }
                 walk.triangles.push(entry);
                 let [_, next, prev] = table.opposites_from(entry);
-                let is_new =
-                    |beyond: Corner| visited.get(beyond.triangle().index()).is_none_or(|&visited| !visited);
+                let is_new = |beyond: Corner| {
+                    visited.get(beyond.triangle().index()).is_none_or(|&visited| visited == 0)
+                };
                 let new = [is_new(next), is_new(prev)];
                 make_room(edges, tail + 2);
                 // Whether an edge is new is as good as random: a branch would cost more than a write in vain.

@@ -93,7 +93,11 @@ pub mod mesh;
 pub mod refine;
 #[cfg(feature = "cli")]
 pub mod render;
+#[cfg(feature = "server")]
+pub mod server;
 #[cfg(feature = "encode")]
 pub mod simplify;
+#[cfg(feature = "server")]
+pub mod store;
 
 pub use error::{Error, Result};

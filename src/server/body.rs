@@ -21,11 +21,22 @@ pub enum Piece {
     Object(Range<u64>),
 }
 
+impl Piece {
+    /// Its length.
+    pub fn bytes(&self) -> u64 {
+        match self {
+            Self::Text(text) => text.len() as u64,
+            Self::Object(range) => range.end.saturating_sub(range.start),
+        }
+    }
+}
+
 /// A body of these pieces, its first bytes read already: what cannot be read at all is known before anything is sent.
 ///
 /// # Errors
 /// [`Fault`], of the first bytes. A later one breaks the connection off, so that the client does not take the body for whole.
 pub async fn body(object: &Object, pieces: Vec<Piece>, metrics: &Arc<Metrics>) -> Result<Body, Fault> {
+    let left = pieces.iter().map(Piece::bytes).sum();
     let object = object.clone();
     let mut rest = stream::iter(pieces)
         .flat_map(move |piece| match piece {
@@ -37,7 +48,7 @@ pub async fn body(object: &Object, pieces: Vec<Piece>, metrics: &Arc<Metrics>) -
         Some(first) => Some(first?),
         None => return Ok(Body::empty()),
     };
-    Ok(Body::from_stream(Counted { first, rest, metrics: metrics.clone(), ended: false }))
+    Ok(Body::from_stream(Counted { first, rest, metrics: metrics.clone(), left }))
 }
 
 /// Counts what is sent, and whether all of it was.
@@ -45,7 +56,7 @@ struct Counted {
     first: Option<Bytes>,
     rest: BoxStream<'static, Result<Bytes, Fault>>,
     metrics: Arc<Metrics>,
-    ended: bool,
+    left: u64,
 }
 
 impl Stream for Counted {
@@ -57,10 +68,12 @@ impl Stream for Counted {
             None => self.rest.poll_next_unpin(context),
         };
         match &next {
-            Poll::Ready(Some(Ok(bytes))) => drop(self.metrics.body_bytes.inc_by(bytes.len() as u64)),
+            Poll::Ready(Some(Ok(bytes))) => {
+                self.metrics.body_bytes.inc_by(bytes.len() as u64);
+                self.left = self.left.saturating_sub(bytes.len() as u64);
+            }
             Poll::Ready(Some(Err(fault))) => tracing::warn!(%fault, "an answer was broken off"),
-            Poll::Ready(None) => self.ended = true,
-            Poll::Pending => {}
+            Poll::Ready(None) | Poll::Pending => {}
         }
         next
     }
@@ -68,8 +81,7 @@ impl Stream for Counted {
 
 impl Drop for Counted {
     fn drop(&mut self) {
-        // The last piece may have been taken without asking for the end.
-        if !self.ended {
+        if self.left > 0 {
             self.metrics.unfinished.inc();
         }
     }

@@ -28,8 +28,12 @@ impl Refusal {
         Self { status, field: None, detail: detail.into() }
     }
 
-    fn field(name: &str, detail: impl Into<String>) -> Self {
-        Self { status: StatusCode::BAD_REQUEST, field: Some(name.to_owned()), detail: detail.into() }
+    fn field(name: &str, what: impl std::fmt::Display) -> Self {
+        Self {
+            status: StatusCode::BAD_REQUEST,
+            field: Some(name.to_owned()),
+            detail: format!("{name}: {what}"),
+        }
     }
 }
 

@@ -320,11 +320,7 @@ async fn send(
             return Ok((headers, problem(refusal)).into_response());
         }
     };
-    let size = |piece: &Piece| match piece {
-        Piece::Text(text) => text.len() as u64,
-        Piece::Object(range) => range.end - range.start,
-    };
-    headers.insert(header::CONTENT_LENGTH, pieces.iter().map(size).sum::<u64>().into());
+    headers.insert(header::CONTENT_LENGTH, pieces.iter().map(Piece::bytes).sum::<u64>().into());
     headers.extend(HeaderValue::try_from(media_type).ok().map(|v| (header::CONTENT_TYPE, v)));
     let body = match request.method {
         Method::GET => body(object, pieces, &app.metrics).await?,

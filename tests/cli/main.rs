@@ -7,6 +7,7 @@ mod encode;
 mod errors;
 mod foreign;
 mod measure;
+mod serve;
 mod simplify;
 mod verify;
 mod view;

@@ -114,9 +114,9 @@ impl Store {
     /// [`Fault`]; [`Fault::Absent`] also for a name that cannot be.
     pub async fn object(&self, name: &str) -> Result<Object, Fault> {
         let path = self.path(name)?;
-        // A file is opened, which tells all; a remote object is only asked about.
-        let head = !self.is_folder();
-        let got = self.patiently(|| self.get(&path, GetOptions { head, ..GetOptions::default() })).await?;
+        // A remote object is only asked about; a file comes open all the same.
+        let ask = || self.get(&path, GetOptions { head: true, ..GetOptions::default() });
+        let got = self.patiently(ask).await?;
         let version = version(&got.meta);
         let source = match got.payload {
             GetResultPayload::File(file, _) => Source::File(Arc::new(file)),
@@ -157,11 +157,6 @@ impl Store {
     /// How often a request to the store was made again because it had failed.
     pub fn retries(&self) -> &Counter {
         &self.retries
-    }
-
-    /// Whether opening an object leaves it open.
-    fn is_folder(&self) -> bool {
-        self.inner.to_string().starts_with("LocalFileSystem")
     }
 
     fn path(&self, name: &str) -> Result<Path, Fault> {

@@ -74,6 +74,22 @@ fn a_small_file_by_hand() {
     assert_eq!((all.atoms, all.level), (0..2, 0));
 }
 
+#[test]
+fn the_example_of_the_specification() {
+    let bytes = [&testing::GOLDEN_HEADER[..], &testing::GOLDEN_REST].concat();
+    let contents = crate::container::parse_contents(&bytes).unwrap().unwrap();
+    let rows = [
+        ("to=1", 0..1, 0..142, 1),
+        ("from=1", 1..2, 142..144, 0),
+        ("from=1&max_bytes=1", 1..1, 142..142, 1),
+        ("after=1", 2..2, 144..144, 0),
+    ];
+    for (text, atoms, bytes, level) in rows {
+        let query = Query::parse(Some(text), Target::Refine.queries()).unwrap();
+        assert_eq!(refine(&contents, &query), Ok(Slice { atoms, bytes, level }), "{text}");
+    }
+}
+
 proptest! {
     /// Whatever is asked: whole atoms, right behind those the client has, no more bytes than wanted.
     #[test]

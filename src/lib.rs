@@ -74,8 +74,8 @@
 //! ```
 //!
 //! # Features
-//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `cli` (default): the command line; `peers`: what the
-//! benchmark `examples/table` compares with. Without any of them the crate is the decoder.
+//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `server`: the server, `cloud`: its object stores; `cli`
+//! (default): the command line; `peers`: what the benchmark `examples/table` compares with. Without any of them the crate is the decoder.
 
 pub mod codec;
 pub mod container;
@@ -93,7 +93,11 @@ pub mod mesh;
 pub mod refine;
 #[cfg(feature = "cli")]
 pub mod render;
+#[cfg(feature = "server")]
+pub mod server;
 #[cfg(feature = "encode")]
 pub mod simplify;
+#[cfg(feature = "server")]
+pub mod store;
 
 pub use error::{Error, Result};

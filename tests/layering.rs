@@ -16,6 +16,8 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("decoder", &["codec", "refine", "mesh", "container", "entropy"]),
     ("formats", &["mesh"]),
     ("render", &["mesh"]),
+    ("store", &[]),
+    ("server", &["container", "store"]),
     ("fuzzing", &["mesh", "refine", "entropy", "codec", "container", "encoder", "decoder", "formats"]),
     ("error", &[]),
     ("limits", &[]),

@@ -16,6 +16,7 @@ mod numbers;
 mod original;
 mod output;
 mod progress;
+mod serve;
 mod simplify;
 mod triangles;
 mod uwm;
@@ -42,6 +43,7 @@ enum Command {
     Measure(measure::Args),
     Simplify(simplify::Args),
     View(view::Args),
+    Serve(serve::Args),
     Demo(demo::Args),
 }
 
@@ -56,6 +58,7 @@ pub fn run() -> ExitCode {
         Command::Measure(args) => measure::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::View(args) => view::run(&args),
+        Command::Serve(args) => serve::run(&args),
         Command::Demo(args) => demo::run(&args),
     };
     match outcome {
@@ -74,5 +77,6 @@ EXAMPLES
   unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
   unweld measure bunny.ply small.ply           how far are they from each other?
   unweld view bunny.uwm -o bunny.png           a picture of it
+  unweld serve coded/                          all files of a folder over HTTP
 
 Exit codes: 0 all went well, 1 the data are at fault, 2 the arguments are.";

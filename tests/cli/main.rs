@@ -8,6 +8,7 @@ mod errors;
 mod exact;
 mod foreign;
 mod measure;
+mod serve;
 mod simplify;
 mod verify;
 mod view;

@@ -1,0 +1,69 @@
+//! `unweld serve`: the address it tells, how it stops, what it refuses.
+
+use super::Folder;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::TcpStream;
+use std::process::{Child, Command, Stdio};
+
+fn started(folder: &Folder, arguments: &str) -> (Child, String) {
+    let mut child = Command::new(env!("CARGO_BIN_EXE_unweld"))
+        .args(format!("serve --addr 127.0.0.1:0 --json {arguments}").split_whitespace())
+        .current_dir(folder.0.path())
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let mut line = String::new();
+    BufReader::new(child.stdout.as_mut().unwrap()).read_line(&mut line).unwrap();
+    let told: serde_json::Value = serde_json::from_str(&line).unwrap();
+    (child, told["address"].as_str().unwrap().to_owned())
+}
+
+fn get(address: &str, path: &str, line: &str) -> Vec<u8> {
+    let mut stream = TcpStream::connect(address).unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n{line}\r\n").unwrap();
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).unwrap();
+    answer
+}
+
+#[test]
+#[cfg(unix)]
+fn it_serves_until_it_is_told_to_stop() {
+    let folder = Folder::with_sphere();
+    folder.write("tokens", "one\n\n two \n");
+    let (mut child, address) = started(&folder, ". --token-file tokens --log info");
+    assert!(get(&address, "/meshes/sphere.uwm", "").starts_with(b"HTTP/1.1 401 "));
+    let answer = get(&address, "/meshes/sphere.uwm", "Authorization: Bearer two\r\n");
+    assert!(answer.starts_with(b"HTTP/1.1 200 ") && answer.ends_with(&folder.bytes("sphere.uwm")));
+    // A connection that is idle does not keep it.
+    let _idle = TcpStream::connect(&address).unwrap();
+    Command::new("kill").args(["-TERM", &child.id().to_string()]).status().unwrap();
+    let mut log = String::new();
+    child.stderr.take().unwrap().read_to_string(&mut log).unwrap();
+    assert_eq!(child.wait().unwrap().code(), Some(0), "{log}");
+    let lines: Vec<&str> = log.lines().filter(|line| line.contains("uri=/meshes/sphere.uwm")).collect();
+    assert!(lines.len() == 2 && lines[0].contains("status=401") && lines[1].contains("status=200"), "{log}");
+    assert!(!log.contains("two"), "tokens are not logged");
+}
+
+#[test]
+fn what_cannot_be_served() {
+    let folder = Folder::new();
+    folder.write("empty", "\n \n");
+    folder.write("odd", "good\nä\n");
+    folder.write("file.uwm", "x");
+    folder.run("serve nowhere").failed(1, "nowhere: No such file or directory (os error 2)");
+    folder.run("serve file.uwm").failed(1, "file.uwm: not a folder");
+    folder.run("serve . --token-file none").failed(1, "none: No such file or directory (os error 2)");
+    let odd = "odd: line 2: a token has letters, digits and signs of ASCII only";
+    folder.run("serve . --token-file odd").failed(1, odd);
+    let run = folder.run("serve . --token-file empty");
+    assert!(run.code == 2 && run.err.contains("empty: there is no token in it"), "{}", run.err);
+    let taken = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let address = taken.local_addr().unwrap();
+    let run = folder.run(&format!("serve . --addr {address}"));
+    run.failed(1, &format!("{address}: Address already in use (os error 98)"));
+    #[cfg(not(feature = "cloud"))]
+    folder.run("serve s3://bucket/x").failed(1, "s3://bucket/x: s3:// wants a build with --features cloud");
+}

@@ -1,0 +1,210 @@
+//! Clients that go away, take nothing, send nothing, or send too much.
+
+use super::{Answer, PATIENCE, Served, folder_with, mesh};
+use std::io::{Read, Write};
+use std::net::Shutdown;
+use std::path::Path;
+use std::time::Duration;
+use unweld::server::Options;
+use unweld::store::Store;
+
+/// A file that is larger than all that the system holds for a connection: 256 MiB, none of them on the disk.
+fn large(folder: &Path) -> u64 {
+    let file = std::fs::File::create(folder.join("large.uwm")).unwrap();
+    file.set_len(LARGE).unwrap();
+    LARGE
+}
+
+fn serve(folder: &Path, options: Options) -> Served {
+    Served::of(Store::open(folder.to_str().unwrap()).unwrap(), options)
+}
+
+#[test]
+fn a_client_goes_in_mid_body() {
+    let (file, _) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    large(folder.path());
+    let served = serve(folder.path(), Options::default());
+    for _ in 0..5 {
+        let mut stream = served.connect();
+        stream.write_all(b"GET /meshes/large.uwm HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+        stream.read_exact(&mut [0; 1000]).unwrap();
+        stream.shutdown(Shutdown::Both).unwrap();
+    }
+    served.wait_for("unweld_unfinished_bodies_total", 5);
+    // The one that asks.
+    served.wait_for("unweld_connections", 1);
+    assert_eq!(served.get("/meshes/a.uwm").body, file);
+}
+
+#[test]
+fn a_client_takes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let length = large(folder.path());
+    let served = serve(folder.path(), Options { stall: Duration::from_millis(300), ..Options::default() });
+    let mut stream = served.connect();
+    stream.write_all(b"GET /meshes/large.uwm HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+    // It is given up, and until then no more is read than the system takes: the connection holds its pieces, not the file.
+    served.wait_for("unweld_unfinished_bodies_total", 1);
+    let sent = served.counted("unweld_body_bytes_total");
+    assert!(sent > 0 && sent < length / 4, "{sent} bytes");
+    served.wait_for("unweld_connections", 1);
+    let mut rest = Vec::new();
+    let _ = stream.read_to_end(&mut rest);
+    assert!((rest.len() as u64) < length, "it ends early, and the client can tell by the length");
+}
+
+#[test]
+fn a_slow_client_gets_it_all() {
+    let folder = tempfile::tempdir().unwrap();
+    let content: Vec<u8> = (0..3_000_000u32).flat_map(u32::to_le_bytes).collect();
+    std::fs::write(folder.path().join("a.uwm"), &content).unwrap();
+    let served = serve(folder.path(), Options { stall: Duration::from_secs(20), ..Options::default() });
+    let mut stream = served.connect();
+    stream.write_all(b"GET /meshes/a.uwm HTTP/1.1\r\nHost: here\r\nConnection: close\r\n\r\n").unwrap();
+    let (mut all, mut piece) = (Vec::new(), vec![0; 300_000]);
+    loop {
+        let count = stream.read(&mut piece).unwrap();
+        if count == 0 {
+            break;
+        }
+        all.extend_from_slice(&piece[..count]);
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    assert!(Answer::of(&all).body == content);
+}
+
+#[test]
+fn idle_connections_make_room() {
+    let (file, _) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    let options = Options { connections: 4, idle: Duration::from_millis(200), ..Options::default() };
+    let served = serve(folder.path(), options);
+    let mut idle: Vec<_> = (0..40).map(|_| served.connect()).collect();
+    // Some have begun to speak, and some have been answered already.
+    for stream in &mut idle[..10] {
+        stream.write_all(b"GET /meshes/a.uwm HTTP/1.1\r\nHost").unwrap();
+    }
+    for stream in &mut idle[10..20] {
+        stream.write_all(b"GET /healthz HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+    }
+    assert_eq!(served.get("/meshes/a.uwm").body, file);
+    for mut stream in idle {
+        // All of them are ended by the server.
+        let mut rest = Vec::new();
+        let _ = stream.read_to_end(&mut rest);
+    }
+}
+
+#[test]
+fn a_body_that_nobody_wants() {
+    let (file, _) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    let served = serve(folder.path(), Options { idle: Duration::from_millis(500), ..Options::default() });
+    let mut stream = served.connect();
+    stream
+        .write_all(b"GET /meshes/a.uwm HTTP/1.1\r\nHost: here\r\nContent-Length: 1000000000\r\n\r\nabc")
+        .unwrap();
+    let answer = Answer::read(&mut stream);
+    assert_eq!((answer.status, &answer.body), (200, &file));
+}
+
+#[test]
+fn names_that_lead_out() {
+    let (file, _) = mesh();
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir(folder.path().join("in")).unwrap();
+    std::fs::write(folder.path().join("secret.uwm"), &file).unwrap();
+    std::fs::write(folder.path().join("in/.hidden.uwm"), &file).unwrap();
+    std::fs::write(folder.path().join("in/notes.txt"), &file).unwrap();
+    let served = Served::folder(&folder.path().join("in"));
+    let absolute = folder.path().join("secret.uwm");
+    let absolute = absolute.to_str().unwrap();
+    let names = [
+        "../secret.uwm".to_owned(),
+        "%2e%2e/secret.uwm".to_owned(),
+        "%2E%2E%2Fsecret.uwm".to_owned(),
+        "..%2fsecret.uwm".to_owned(),
+        "..%5csecret.uwm".to_owned(),
+        "x/../../secret.uwm".to_owned(),
+        "./../secret.uwm".to_owned(),
+        "..;/secret.uwm".to_owned(),
+        "%252e%252e/secret.uwm".to_owned(),
+        absolute.to_owned(),
+        absolute.replace('/', "%2f"),
+        format!("/{absolute}"),
+        "a%00.uwm".to_owned(),
+        "../secret.uwm%00.uwm".to_owned(),
+        "%ff.uwm".to_owned(),
+        ".hidden.uwm".to_owned(),
+        "%c0%ae%c0%ae/secret.uwm".to_owned(),
+        "../secret/levels".to_owned(),
+        "%2e%2e/secret/refine".to_owned(),
+        "../secret/keyframe/0".to_owned(),
+        ".uwm".to_owned(),
+        "a".repeat(5000) + ".uwm",
+    ];
+    for name in names {
+        let answer = served.get(&format!("/meshes/{name}"));
+        // Encoded twice it is a name like any other, of nothing.
+        let (status, field) = if name.contains("%25") { (404, "") } else { (400, "name") };
+        answer.refuses(status, field);
+    }
+    for path in ["/../secret.uwm", "/meshes/notes.txt", "/in/notes.txt", "/meshes/"] {
+        let status = served.get(path).status;
+        assert!(status == 404 || status == 400, "{path} {status}");
+    }
+    assert_eq!(served.get("/meshes").json()["meshes"], serde_json::json!([]));
+}
+
+#[test]
+fn heads_without_measure() {
+    let (file, _) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    let served = Served::folder(folder.path());
+    let refused = |head: Vec<u8>| {
+        let mut stream = served.connect();
+        // The server may hang up before all is written.
+        let _ = stream.write_all(&head);
+        let mut bytes = Vec::new();
+        let _ = stream.read_to_end(&mut bytes);
+        let first = String::from_utf8_lossy(&bytes).lines().next().unwrap_or("").to_owned();
+        assert!(
+            first.is_empty() || first.contains(" 431 ") || first.contains(" 414 ") || first.contains(" 400 "),
+            "{first}"
+        );
+    };
+    let megabyte = "a".repeat(1 << 20);
+    refused(format!("GET /meshes/a.uwm HTTP/1.1\r\nHost: here\r\nX: {megabyte}\r\n\r\n").into());
+    refused(format!("GET /meshes/{megabyte} HTTP/1.1\r\nHost: here\r\n\r\n").into());
+    refused(format!("GET /meshes/a.uwm HTTP/1.1\r\n{}\r\n", "X: y\r\n".repeat(100_000)).into());
+    refused(b"\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03".repeat(1000));
+    let ranges: Vec<String> = (0..10_000).map(|k| format!("{k}-{k}")).collect();
+    for (count, status) in [(10_000, 416), (17, 416), (16, 206)] {
+        let line = format!("Range: bytes={}", ranges[..count].join(","));
+        assert_eq!(served.ask("GET", "/meshes/a.uwm", &[&line]).status, status, "{count} ranges");
+    }
+    assert_eq!(served.get("/meshes/a.uwm").body, file);
+}
+
+#[test]
+fn a_stop_lets_answers_end() {
+    let folder = tempfile::tempdir().unwrap();
+    let content: Vec<u8> = (0..8_000_000u32).flat_map(u32::to_le_bytes).collect();
+    std::fs::write(folder.path().join("a.uwm"), &content).unwrap();
+    let mut served = Served::folder(folder.path());
+    let mut stream = served.connect();
+    stream.write_all(b"GET /meshes/a.uwm HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+    let mut start = vec![0; 100_000];
+    stream.read_exact(&mut start).unwrap();
+    drop(served.stop.take());
+    let mut rest = Vec::new();
+    stream.read_to_end(&mut rest).unwrap();
+    start.extend(rest);
+    assert!(Answer::of(&start).body == content);
+    let ended = std::time::Instant::now();
+    drop(served);
+    assert!(ended.elapsed() < PATIENCE, "it does not wait for connections that are idle");
+}
+
+const LARGE: u64 = 256 << 20;

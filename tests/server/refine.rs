@@ -1,0 +1,196 @@
+//! Atoms that lead from one level to another: a client that only gets those has the same mesh in the end.
+
+use super::{Served, coded, folder_with, mesh};
+use serde_json::json;
+use std::ops::Range;
+use unweld::container::{Contents, Part, Plan, plan_from_keyframe};
+use unweld::decoder::{Decoder, Options, decode};
+
+/// The two numbers of a header such as `unweld-atoms`.
+fn span(text: &str) -> Range<usize> {
+    let (start, end) = text.split_once('-').unwrap();
+    start.parse().unwrap()..end.parse().unwrap()
+}
+
+fn bytes(contents: &Contents, atoms: Range<usize>) -> Range<usize> {
+    let range = contents.bytes(atoms);
+    range.start as usize..range.end as usize
+}
+
+#[test]
+fn each_way_to_ask() {
+    let (file, contents) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    let served = Served::folder(folder.path());
+    let base = contents.base_level();
+    assert!(base > 8, "levels enough");
+    let end_of = |j: u32| contents.steps(j).end;
+    let finish = contents.residue().end.max(end_of(0));
+    let error = contents.levels[4].max_error;
+    let by_error = (0..=base).rev().find(|&j| contents.levels[j as usize].max_error <= error).unwrap();
+    let faces = contents.levels[5].triangles;
+    let by_faces = (0..end_of(0)).rev().find(|&k| contents.atoms[k].triangles_after <= faces).unwrap() + 1;
+    let length = |atoms: Range<usize>| atoms.map(|k| u64::from(contents.atoms[k].length)).sum::<u64>();
+    let two = length(end_of(7)..end_of(7) + 2);
+    let cases = [
+        ("from=7&to=3".to_owned(), end_of(7)..end_of(3)),
+        ("from=7&to=7".to_owned(), end_of(7)..end_of(7)),
+        ("from=7".to_owned(), end_of(7)..finish),
+        ("from=7&to=0".to_owned(), end_of(7)..finish),
+        ("from=0".to_owned(), finish..finish),
+        (format!("from={base}&to={}", base - 1), end_of(base)..end_of(base - 1)),
+        (format!("from=7&max_error={error}"), end_of(7)..end_of(by_error)),
+        ("from=7&max_error=0".to_owned(), end_of(7)..finish),
+        ("from=7&max_error=1e300".to_owned(), end_of(7)..end_of(7)),
+        (format!("from=7&faces={faces}"), end_of(7)..by_faces),
+        ("from=7&faces=0".to_owned(), end_of(7)..end_of(7)),
+        (format!("from=7&max_bytes={two}"), end_of(7)..end_of(7) + 2),
+        (format!("from=7&max_bytes={}", two - 1), end_of(7)..end_of(7) + 1),
+        ("from=7&max_bytes=0".to_owned(), end_of(7)..end_of(7)),
+        ("from=7&max_bytes=99999999".to_owned(), end_of(7)..finish),
+        (format!("from=7&to=3&after={}", end_of(7)), end_of(7) + 1..end_of(3)),
+        (format!("from=7&to=3&after={}", end_of(7) - 1), end_of(7)..end_of(3)),
+        (format!("to=3&after={}", end_of(7)), end_of(7) + 1..end_of(3)),
+        (format!("from=7&after={}", finish - 1), finish..finish),
+    ];
+    for (query, atoms) in cases {
+        let answer = served.get(&format!("/meshes/a/refine?{query}"));
+        assert_eq!(answer.status, 200, "{query}");
+        assert_eq!(span(answer.header("unweld-atoms")), atoms, "{query}");
+        let expected = if atoms.is_empty() { &[][..] } else { &file[bytes(&contents, atoms.clone())] };
+        assert_eq!(answer.body, expected, "{query}");
+        assert_eq!(span(answer.header("unweld-bytes")).len(), expected.len());
+        let level = (0..=base).find(|&j| end_of(j) <= atoms.end).unwrap();
+        assert_eq!(answer.header("unweld-level"), level.to_string(), "{query}");
+        assert_eq!(answer.header("content-length"), expected.len().to_string());
+    }
+    let part = served.ask("GET", "/meshes/a/refine?from=7&to=3", &["Range: bytes=10-19"]);
+    let start = bytes(&contents, end_of(7)..end_of(3)).start;
+    assert_eq!((part.status, &part.body[..]), (206, &file[start + 10..start + 20]));
+}
+
+#[test]
+fn a_session_in_small_steps_ends_with_the_whole_mesh() {
+    let (file, contents) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    let served = Served::folder(folder.path());
+    let mut decoder = Decoder::new(Options::default());
+    let first = served.get("/meshes/a/refine?max_bytes=3000");
+    assert!(first.body.len() <= 3000 && span(first.header("unweld-bytes")).start == 0);
+    decoder.push(&first.body);
+    let mut next = span(first.header("unweld-atoms")).end;
+    let mut steps = 0;
+    loop {
+        while decoder.poll().unwrap().is_some() {}
+        let answer = served.get(&format!("/meshes/a/refine?after={}&max_bytes=70000", next - 1));
+        assert_eq!(answer.header("etag"), first.header("etag"));
+        if answer.body.is_empty() {
+            break;
+        }
+        decoder.push(&answer.body);
+        next = span(answer.header("unweld-atoms")).end;
+        steps += 1;
+    }
+    assert_eq!((decoder.level(), next), (Some(0), contents.residue().end.max(contents.steps(0).end)));
+    assert!(steps >= 1);
+    let whole = decode(&file, Options::default()).unwrap();
+    assert_eq!(decoder.assembled().unwrap(), whole.assembled().unwrap());
+}
+
+#[test]
+fn from_a_keyframe() {
+    let (file, contents) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    let served = Served::folder(folder.path());
+    let start = contents.segments().nth(1).expect("there is a keyframe");
+    let keyframe = served.get(&format!("/meshes/a/keyframe/{start}"));
+    assert_eq!(keyframe.body, &file[bytes(&contents, contents.keyframe(start).unwrap())]);
+    assert_eq!(keyframe.header("unweld-level"), start.to_string());
+    let rest = served.get(&format!("/meshes/a/refine?from={start}&to=0"));
+    let whole = plan_from_keyframe(&contents, 0);
+    let atoms = span(rest.header("unweld-atoms"));
+    let part = |atoms: Range<usize>| Part { bytes: contents.bytes(atoms.clone()), atoms };
+    let plan = Plan { start, parts: vec![part(contents.keyframe(start).unwrap()), part(atoms)], ..whole };
+    let mut decoder = Decoder::of_plan(contents.clone(), &plan, Options::default());
+    decoder.push(&keyframe.body);
+    decoder.push(&rest.body);
+    while decoder.poll().unwrap().is_some() {}
+    assert_eq!(decoder.level(), Some(0));
+    let mesh = decoder.assembled().unwrap();
+    assert_eq!(mesh.triangles.len(), 5120);
+
+    let base = served.get(&format!("/meshes/a/keyframe/{}", contents.base_level()));
+    assert_eq!(base.body, &file[bytes(&contents, contents.steps(contents.base_level()))]);
+    let none = (0..contents.base_level()).find(|&j| contents.keyframe(j).is_none()).unwrap();
+    served.get(&format!("/meshes/a/keyframe/{none}")).refuses(404, "level");
+    served.get("/meshes/a/keyframe/4000000000").refuses(404, "level");
+    served.get("/meshes/a/keyframe/-1").refuses(400, "level");
+    served.get("/meshes/a/keyframe/99999999999").refuses(400, "level");
+}
+
+#[test]
+fn queries_that_cannot_be() {
+    let (file, contents) = mesh();
+    let folder = folder_with("a.uwm", &file);
+    let served = Served::folder(folder.path());
+    let beyond = contents.base_level() + 1;
+    let cases = [
+        ("from=x".to_owned(), "from"),
+        ("from=-1".to_owned(), "from"),
+        ("from=%2B1".to_owned(), "from"),
+        ("from=".to_owned(), "from"),
+        ("from=99999999999".to_owned(), "from"),
+        (format!("from={beyond}"), "from"),
+        ("from=3&from=3".to_owned(), "from"),
+        (format!("from=3&to={beyond}"), "to"),
+        ("from=3&to=4".to_owned(), "to"),
+        ("from=3&to=1&faces=100".to_owned(), "faces"),
+        ("from=3&max_error=0.1&max_bytes=1".to_owned(), "max_bytes"),
+        ("from=3&max_error=-1".to_owned(), "max_error"),
+        ("from=3&max_error=nan".to_owned(), "max_error"),
+        ("from=3&max_error=inf".to_owned(), "max_error"),
+        ("from=3&max_bytes=1.5".to_owned(), "max_bytes"),
+        ("from=3&faces=5000000000".to_owned(), "faces"),
+        ("from=3&after=0".to_owned(), "after"),
+        (format!("from=3&after={}", contents.atoms.len()), "after"),
+        (format!("after={}", u64::MAX), "after"),
+        ("form=3".to_owned(), "form"),
+        ("from=3&%00=1".to_owned(), "\0"),
+        ("v=%22".to_owned(), "v"),
+    ];
+    for (query, field) in cases {
+        let status = if field == "v" { 410 } else { 400 };
+        served.get(&format!("/meshes/a/refine?{query}")).refuses(status, field);
+    }
+    served.get("/meshes/a.uwm?to=3").refuses(400, "to");
+    served.get("/meshes/a/levels?from=3").refuses(400, "from");
+    served.get("/meshes/a/other").refuses(404, "");
+    served.get("/meshes/b/refine").refuses(404, "");
+}
+
+#[test]
+fn levels_tell_what_the_table_says() {
+    let (file, contents) = coded(3);
+    let folder = folder_with("a.uwm", &file);
+    let served = Served::folder(folder.path());
+    let table = served.get("/meshes/a/levels").json();
+    assert_eq!(table["name"], "a.uwm");
+    assert_eq!(table["bytes"], file.len());
+    assert_eq!(table["head_bytes"], contents.header.table_end());
+    let levels = table["levels"].as_array().unwrap();
+    assert_eq!(levels.len(), contents.levels.len());
+    for (told, j) in levels.iter().zip((0..contents.levels.len() as u32).rev()) {
+        let (level, bytes) = (contents.level(j).unwrap(), contents.bytes(contents.steps(j)));
+        assert_eq!(told["level"], j);
+        assert_eq!(told["triangles"], level.triangles);
+        // The reader of JSON may be off by the last digit.
+        let error = told["max_error"].as_f64().unwrap();
+        assert!((error - level.max_error).abs() <= 1e-15 * error, "{error} {}", level.max_error);
+        assert_eq!((&told["offset"], &told["bytes"]), (&json!(bytes.start), &json!(bytes.end - bytes.start)));
+        let keyframe = contents.keyframe(j).map(|atoms| contents.bytes(atoms));
+        assert_eq!(told["keyframe"]["offset"].as_u64(), keyframe.map(|bytes| bytes.start));
+    }
+    let list = served.get("/meshes").json();
+    assert_eq!(list["meshes"], json!([table]));
+    assert_eq!(list["next"], json!(null));
+}

@@ -74,7 +74,8 @@
 //! ```
 //!
 //! # Features
-//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `cli` (default): the command line; `peers`: what the
+//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `cli` (default): the command line; `wasm`: what a browser
+//! needs, for the module that `web/wasm` makes; `peers`: what the
 //! benchmark `examples/table` compares with. Without any of them the crate is the decoder.
 
 pub mod codec;
@@ -95,5 +96,7 @@ pub mod refine;
 pub mod render;
 #[cfg(feature = "encode")]
 pub mod simplify;
+#[cfg(feature = "wasm")]
+pub mod wasm;
 
 pub use error::{Error, Result};

@@ -120,6 +120,7 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   /** Reads until all that is wanted is there; an error waits until what came before it is decoded. */
   async #run(): Promise<void> {
     try {
+      await this.#decoding.end("no");
       while (this.#state === "open") {
         const { expected, received } = this.#source;
         if (expected !== null && received >= expected) break;
@@ -129,10 +130,10 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
         if (bytes === "restart") await this.#decoding.restart();
         else await this.#decoding.push(bytes);
       }
-      await this.#decoding.end(false);
+      await this.#decoding.end("for good");
     } catch (error) {
       this.#error = error;
-      await this.#decoding.end(true).catch(() => {});
+      await this.#decoding.end("for now").catch(() => {});
     }
   }
 }

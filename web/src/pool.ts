@@ -71,7 +71,7 @@ class Remote {
         const own = bytes.byteLength === bytes.buffer.byteLength ? bytes : bytes.slice();
         return call("push", own, [own.buffer]);
       },
-      end: (forNow) => call("end", forNow),
+      end: (ended) => call("end", ended),
       restart: () => call("restart"),
       next: () => call<Delta | null>("next"),
       show: (level) => call<Delta>("show", level),

@@ -8,8 +8,8 @@ import type { Contents, Delta, Level, Metadata, Residue, Settings } from "./type
 export interface Decoding {
   /** Hands over the next bytes; resolves as soon as there is room for more. */
   push(bytes: Uint8Array): Promise<void>;
-  /** Says that no more bytes will come: for good, or (`true`) for now, so that `next` does not wait for them. */
-  end(forNow: boolean): Promise<void>;
+  /** Says whether more bytes will come; where they do not, for now or for good, `next` does not wait for them. */
+  end(ended: Ended): Promise<void>;
   /** Forgets all bytes: the file begins anew. */
   restart(): Promise<void>;
   /** What has changed, as soon as something has; `null` where nothing more will. */
@@ -19,12 +19,14 @@ export interface Decoding {
   close(): void;
 }
 
+export type Ended = "no" | "for now" | "for good";
+
 export class Session implements Decoding {
   readonly #settings: Settings;
   #decoder: Promise<Decoder>;
   #queue: Uint8Array[] = [];
   #queued = 0;
-  #ended: "no" | "for now" | "for good" = "no";
+  #ended: Ended = "no";
   #finished = false;
   #lowered: number[] = [];
   #fault: Error | null = null;
@@ -49,8 +51,8 @@ export class Session implements Decoding {
     while (this.#queued > MOST_QUEUED) await this.#stirred();
   }
 
-  async end(forNow: boolean): Promise<void> {
-    this.#ended = forNow ? "for now" : "for good";
+  async end(ended: Ended): Promise<void> {
+    this.#ended = ended;
     this.#stir();
   }
 

@@ -59,7 +59,7 @@ export class Source {
         if (!this.#reader && (await this.#open()) === "restart") return "restart";
         const { done, value } = await this.#reader!.read();
         if (done) {
-          if (this.expected === null || this.received >= this.expected) return null;
+          if (!this.url || this.expected === null || this.received >= this.expected) return null;
           throw new TypeError(`it ended ${this.expected - this.received} bytes early`);
         }
         const skipped = Math.min(this.#skip, value!.byteLength);

@@ -1,6 +1,6 @@
 // The worker: sessions by number, called by messages.
 
-import { buffersOf, Session } from "./session.js";
+import { buffersOf, Session, type Ended } from "./session.js";
 import type { Delta, Settings } from "./types.js";
 
 /** A call of a session's method; `open` and `close` make and end one. */
@@ -43,7 +43,7 @@ function carryOut(number: number, method: Call["method"], argument: unknown): un
     case "push":
       return session.push(argument as Uint8Array);
     case "end":
-      return session.end(argument as boolean);
+      return session.end(argument as Ended);
     case "show":
       return session.show(argument as number | null);
     default:

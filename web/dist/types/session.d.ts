@@ -3,8 +3,8 @@ import type { Delta, Settings } from "./types.js";
 export interface Decoding {
     /** Hands over the next bytes; resolves as soon as there is room for more. */
     push(bytes: Uint8Array): Promise<void>;
-    /** Says that no more bytes will come: for good, or (`true`) for now, so that `next` does not wait for them. */
-    end(forNow: boolean): Promise<void>;
+    /** Says whether more bytes will come; where they do not, for now or for good, `next` does not wait for them. */
+    end(ended: Ended): Promise<void>;
     /** Forgets all bytes: the file begins anew. */
     restart(): Promise<void>;
     /** What has changed, as soon as something has; `null` where nothing more will. */
@@ -13,11 +13,12 @@ export interface Decoding {
     show(level: number | null): Promise<Delta>;
     close(): void;
 }
+export type Ended = "no" | "for now" | "for good";
 export declare class Session implements Decoding {
     #private;
     constructor(settings: Settings);
     push(bytes: Uint8Array): Promise<void>;
-    end(forNow: boolean): Promise<void>;
+    end(ended: Ended): Promise<void>;
     restart(): Promise<void>;
     next(): Promise<Delta | null>;
     show(level: number | null): Promise<Delta>;

@@ -168,7 +168,10 @@ impl Client {
     fn counts(&self) -> [u32; 2] {
         let mesh = self.decoder.mesh();
         let more = if self.is_finest() { self.surface.counts() } else { [0; 2] };
-        [mesh.positions.len().min(mesh.table.vertex_slots()) as u32 + more[0], mesh.table.slots() as u32 + more[1]]
+        [
+            mesh.positions.len().min(mesh.table.vertex_slots()) as u32 + more[0],
+            mesh.table.slots() as u32 + more[1],
+        ]
     }
 
     fn is_finest(&self) -> bool {

@@ -84,7 +84,10 @@ pub fn fault(error: &Error, contents: Option<&Arc<Contents>>) -> Value {
                 value["atom"] = json!({ "index": index, "kind": kind, "level": atom.level });
                 let named = fault.what.starts_with("atom ");
                 if !named {
-                    let what = format!("byte {}: atom {index} ({kind}, level {}): {}", fault.offset, atom.level, fault.what);
+                    let what = format!(
+                        "byte {}: atom {index} ({kind}, level {}): {}",
+                        fault.offset, atom.level, fault.what
+                    );
                     value["message"] = format!("{what} (spec §{})", fault.section).into();
                 }
             }

@@ -27,8 +27,12 @@ impl Surface {
         let order = walk.vertices(&mesh.table);
         let further = |name: u32| (mesh.positions.len() + name as usize - order.len()) as u32;
         let name = |name: u32| order.get(name as usize).map_or_else(|| further(name), |v| v.0);
-        let mut reversed: Vec<u32> =
-            residue.flipped.iter_ones().filter_map(|k| walk.triangles.get(k)).map(|c| c.triangle().0).collect();
+        let mut reversed: Vec<u32> = residue
+            .flipped
+            .iter_ones()
+            .filter_map(|k| walk.triangles.get(k))
+            .map(|c| c.triangle().0)
+            .collect();
         reversed.sort_unstable();
         let mut surface = Self {
             extras: residue.extras.clone(),
@@ -88,7 +92,12 @@ impl Surface {
         if length > 0.0 { sum.map(|x| (x / length) as f32) } else { [0.0; 3] }
     }
 
-    fn sums_of(&self, mesh: &ProgressiveMesh, residue: &Residue, order: &[Vertex]) -> BTreeMap<u32, [f64; 3]> {
+    fn sums_of(
+        &self,
+        mesh: &ProgressiveMesh,
+        residue: &Residue,
+        order: &[Vertex],
+    ) -> BTreeMap<u32, [f64; 3]> {
         let near = |v: u32| match self.extras.get((v as usize).wrapping_sub(mesh.positions.len())) {
             Some(&Extra::Lattice(p)) => Some(p),
             Some(Extra::Exact(_)) => None,

@@ -174,6 +174,7 @@ export class UnweldGeometry extends BufferGeometry<
   /** Applies what has changed; only that is sent to the graphics card. */
   apply(delta: Delta): void {
     const { contents, vertices, triangles } = delta;
+    const start = performance.now();
     this.last = delta;
     for (const { level } of delta.levels) this.finest = level;
     if (contents !== this.contents) this.#bound(contents);
@@ -195,6 +196,8 @@ export class UnweldGeometry extends BufferGeometry<
     scatter(index.array, 3, delta.rewritten.triangles, delta.rewritten.indices);
     if (!fresh) upload(index, 3, delta.firstTriangle, triangles, delta.rewritten.triangles);
     this.setDrawRange(0, 3 * triangles);
+    // For the developer tools.
+    performance.measure("unweld", { start });
     this.dispatchEvent({ type: "refine", delta });
   }
 

@@ -84,7 +84,8 @@ try {
 
   console.log(
     `${name}: first triangles after ${early.firstBytes} of ${early.total} bytes, ${late.triangles} in the end; ` +
-      `longest task ${Math.round(late.longestTask)} ms (0: none above 50), ${late.drawn.count} pictures`,
+      `${late.drawn.count} pictures; longest task ${Math.round(late.longestTask)} ms (0: none above 50), ` +
+      `longest change of the geometry ${late.longestApply.toFixed(1)} ms`,
   );
 } finally {
   await context.close();

@@ -38,10 +38,10 @@ export class Stage {
     this.#renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
     this.#scene.background = new Color(0x15181d);
     if (new URLSearchParams(location.search).get("up") === "z") this.#camera.up.set(0, 0, 1);
-    const light = new DirectionalLight(0xffffff, 2.4);
-    light.position.set(0.6, 1, 1.2);
+    const light = new DirectionalLight(0xffffff, 2.6);
+    light.position.set(0.9, 1.2, 0.9);
     this.#camera.add(light);
-    this.#scene.add(this.#camera, new HemisphereLight(0xdde8ff, 0x504a44, 1.1));
+    this.#scene.add(this.#camera, new HemisphereLight(0xdde8ff, 0x3a3630, 0.8));
     this.#controls = new OrbitControls(this.#camera, canvas);
     this.#controls.enableDamping = true;
     this.#controls.addEventListener("change", () => this.draw());

@@ -35,7 +35,7 @@ export class Timeline {
     const [first, last] = [this.#moments.find(({ triangles }) => triangles > 0), this.#moments.at(-1)];
     if (!first || !last) return "";
     const begin = `first shape after ${first.seconds.toFixed(2)} s`;
-    return complete ? `${begin}, complete after ${last.seconds.toFixed(2)} s` : begin;
+    return complete ? `${begin}, all after ${last.seconds.toFixed(2)} s` : begin;
   }
 
   #draw(): void {

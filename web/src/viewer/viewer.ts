@@ -21,13 +21,16 @@ let chosen: number | null = null;
 let showing = false;
 
 /** For tests and the curious. */
-const state = { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, longestTask: 0, drawn: stage.drawn };
+const state = { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, longestTask: 0, longestApply: 0, drawn: stage.drawn };
 Object.assign(globalThis, { unweld: state });
 if (PerformanceObserver.supportedEntryTypes.includes("longtask")) {
   new PerformanceObserver((list) => {
     for (const { duration } of list.getEntries()) state.longestTask = Math.max(state.longestTask, duration);
   }).observe({ type: "longtask" });
 }
+new PerformanceObserver((list) => {
+  for (const { duration } of list.getEntriesByName("unweld")) state.longestApply = Math.max(state.longestApply, duration);
+}).observe({ type: "measure" });
 
 function load(address: string): void {
   current = address;
@@ -70,7 +73,8 @@ function refined(delta: Delta): void {
   if (chosen === null && level) slider.value = String(contents.levels.length - 1 - level.level);
   element("levelName").textContent = level ? `level ${level.level}` : "level";
   if (chosen === null) timeline.add({ ...arrived, levels: delta.levels.length }, { bytes: total.end, triangles: total.triangles });
-  element("legend").textContent = chosen === null ? timeline.words(delta.complete) : "a coarser level is shown; decoding rests";
+  element("legend").textContent = 
+    chosen === null || delta.complete ? timeline.words(delta.complete) : "a coarser level is shown; decoding rests";
   arrange();
 }
 
@@ -124,7 +128,7 @@ function sizeOf(bytes: number): string {
 
 function errorOf(error: number, { contents }: Delta): string {
   const diagonal = Math.hypot(...contents.max.map((x, k) => x - contents.min[k]!));
-  return diagonal > 0 ? `${((100 * error) / diagonal).toPrecision(2)} % of diagonal` : String(error);
+  return diagonal > 0 ? `${((100 * error) / diagonal).toPrecision(2)} %` : String(error);
 }
 
 /** A mesh of the list: a name, or an object with a name and perhaps an address. */

@@ -26,8 +26,11 @@ export class Session implements Decoding {
   #decoder: Promise<Decoder>;
   #queue: Uint8Array[] = [];
   #queued = 0;
+  /** Whether all bytes there are have been decoded. */
+  #dry = true;
   #ended: Ended = "no";
-  #finished = false;
+  #working = false;
+  /** Levels left by `show`, that shown last. */
   #lowered: number[] = [];
   #fault: Error | null = null;
   #bytes = 0;
@@ -36,6 +39,9 @@ export class Session implements Decoding {
   #residue: Residue | null = null;
   #metadata: Metadata | null = null;
   #complete = false;
+  /** Whether anything has happened since the last delta, and the levels completed since. */
+  #any = false;
+  #levels: Level[] = [];
   #wake: (() => void)[] = [];
 
   constructor(settings: Settings) {
@@ -46,6 +52,7 @@ export class Session implements Decoding {
   async push(bytes: Uint8Array): Promise<void> {
     this.#queue.push(bytes);
     this.#queued += bytes.byteLength;
+    this.#dry = false;
     this.#ended = "no";
     this.#stir();
     while (this.#queued > MOST_QUEUED) await this.#stirred();
@@ -62,23 +69,23 @@ export class Session implements Decoding {
     this.#queued = this.#bytes = 0;
     this.#ended = "no";
     this.#lowered = [];
+    this.#levels = [];
     this.#contents = this.#level = this.#residue = this.#metadata = this.#fault = null;
-    this.#complete = this.#finished = false;
+    this.#complete = this.#any = false;
+    this.#dry = true;
     this.#stir();
   }
 
   async next(): Promise<Delta | null> {
     for (;;) {
-      if (this.#fault) throw this.#fault;
       const decoder = await this.#decoder;
       if (this.#lowered.length === 0) {
-        const delta = this.#decode(decoder);
-        if (delta) return delta;
-        if (this.#fault) continue;
+        if (this.#any && this.#contents) return this.#delta(decoder);
+        if (this.#fault) throw this.#fault;
         if (this.#complete) return null;
-        if (this.#ended === "for now") return null;
-        if (this.#ended === "for good") {
-          if (this.#finished || decoder.finish()) return null;
+        if (this.#dry && this.#ended === "for now") return null;
+        if (this.#dry && this.#ended === "for good") {
+          if (decoder.finish()) return null;
           this.#note(decoder);
           continue;
         }
@@ -101,62 +108,82 @@ export class Session implements Decoding {
       this.#lowered.pop();
     }
     this.#stir();
-    return this.#delta(decoder, []);
+    return this.#delta(decoder);
   }
 
   close(): void {
     this.#queue = [];
     this.#queued = 0;
+    this.#dry = true;
     this.#ended = "for now";
     this.#stir();
   }
 
-  async #new(): Promise<Decoder> {
-    return new Decoder(await compile(this.#settings.wasm), this.#settings);
+  #new(): Promise<Decoder> {
+    const decoder = compile(this.#settings.wasm).then((module) => new Decoder(module, this.#settings));
+    decoder.catch(() => {});
+    return decoder;
   }
 
-  /** Decodes until enough has changed for one delta, or bytes are needed. */
-  #decode(decoder: Decoder): Delta | null {
+  /** Decodes ahead of `next`, a slice at a time, until there is enough for one delta: what comes late to be shown is shown together. */
+  async #work(): Promise<void> {
+    if (this.#working) return;
+    this.#working = true;
+    try {
+      for (;;) {
+        const decoder = await this.#decoder;
+        const rests = this.#dry || this.#complete || this.#fault || this.#lowered.length > 0;
+        if (rests || decoder.waiting() >= MOST_NUMBERS) break;
+        this.#slice(decoder);
+        for (const wake of this.#wake.splice(0)) wake();
+        await breath();
+      }
+    } catch (error) {
+      this.#fault = error as Error;
+    } finally {
+      this.#working = false;
+    }
+    for (const wake of this.#wake.splice(0)) wake();
+  }
+
+  #slice(decoder: Decoder): void {
     const begin = performance.now();
-    const levels: Level[] = [];
-    let any = false;
-    while (decoder.waiting() < MOST_NUMBERS && performance.now() - begin < MOST_MILLISECONDS) {
+    while (decoder.waiting() < MOST_NUMBERS && performance.now() - begin < SLICE) {
       const told = decoder.poll();
       if (told) {
-        any = true;
-        levels.push(...this.#note(decoder));
-        if (told === "fault") break;
+        this.#any = true;
+        this.#note(decoder);
+        if (this.#fault || this.#complete) return;
         continue;
       }
       const bytes = this.#queue.shift();
-      if (!bytes) break;
+      this.#dry = !bytes;
+      if (!bytes) return;
       decoder.push(bytes);
       this.#queued -= bytes.byteLength;
       this.#bytes += bytes.byteLength;
-      this.#stir();
     }
-    return any && this.#contents ? this.#delta(decoder, levels) : null;
   }
 
-  /** Takes note of what has happened; returns the levels that are complete. */
-  #note(decoder: Decoder): Level[] {
-    const levels: Level[] = [];
+  #note(decoder: Decoder): void {
     for (const report of decoder.report()) {
       const { type, ...what } = report;
       if (type === "contents") this.#contents = what as unknown as Contents;
-      else if (type === "level") levels.push((this.#level = what as unknown as Level));
+      else if (type === "level") this.#levels.push((this.#level = what as unknown as Level));
       else if (type === "residue") this.#residue = what as unknown as Residue;
       else if (type === "metadata") this.#metadata = what as unknown as Metadata;
       else if (type === "end") this.#complete = true;
       else if (type === "fault") this.#fault = errorOf(what as unknown as Fault);
     }
-    return levels;
   }
 
-  #delta(decoder: Decoder, levels: Level[]): Delta {
+  #delta(decoder: Decoder): Delta {
     const contents = this.#contents;
     if (!contents) throw new Error("there is no mesh before the table of contents");
     const changes = decoder.take();
+    const levels = this.#levels.splice(0);
+    this.#any = false;
+    this.#stir();
     const lowered = this.#lowered[this.#lowered.length - 1];
     return {
       vertices: changes.vertices,
@@ -185,8 +212,10 @@ export class Session implements Decoding {
     return new Promise((resolve) => this.#wake.push(resolve));
   }
 
+  /** Something is different: whoever waits looks again, and there may be work. */
   #stir(): void {
     for (const wake of this.#wake.splice(0)) wake();
+    void this.#work();
   }
 }
 
@@ -205,7 +234,26 @@ export function buffersOf(delta: Delta): ArrayBuffer[] {
 
 /** Bytes that wait to be decoded before no more are read. */
 const MOST_QUEUED = 4 << 20;
-/** Numbers that one delta holds, about: the page takes a millisecond or two to apply them. */
-const MOST_NUMBERS = 400_000;
-/** How long changes are gathered, while there are bytes. */
-const MOST_MILLISECONDS = 60;
+/** Numbers that one delta holds, about: the page takes some milliseconds to apply them. */
+const MOST_NUMBERS = 800_000;
+/** Milliseconds of decoding between two looks at what else is wanted. */
+const SLICE = 8;
+
+/** Lets messages come in: a timer would wait for 4 ms. */
+function breath(): Promise<void> {
+  const { setImmediate } = globalThis as { setImmediate?: (act: () => void) => void };
+  if (setImmediate) return new Promise((resolve) => setImmediate(resolve));
+  return new Promise((resolve) => {
+    breaths.push(resolve);
+    (channel ??= opened()).port1.postMessage(null);
+  });
+}
+
+const breaths: (() => void)[] = [];
+let channel: MessageChannel | null = null;
+
+function opened(): MessageChannel {
+  const channel = new MessageChannel();
+  channel.port2.onmessage = () => breaths.shift()?.();
+  return channel;
+}

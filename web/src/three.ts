@@ -333,6 +333,9 @@ const GROWTH = 4;
 /** Items that are sent together if one of them has changed: a call costs as much as some kilobytes. */
 const BLOCK = 512;
 
+/** Blocks between two that are sent with them. */
+const NEAR = 4;
+
 function scatter(array: TypedArray, components: number, places: Uint32Array, values: ArrayLike<number>): void {
   for (let k = 0; k < places.length; k++) {
     const to = components * places[k]!;
@@ -346,12 +349,11 @@ function upload(attribute: BufferAttribute, size: number, first: number, end: nu
   if (places?.length) {
     const blocks = new Uint8Array(Math.ceil(first / BLOCK));
     for (const place of places) blocks[Math.floor(place / BLOCK)] = 1;
-    for (let from = 0; from < blocks.length; from++) {
-      if (!blocks[from]) continue;
-      let to = from;
-      while (blocks[to]) to++;
+    for (let from = blocks.indexOf(1); from >= 0; ) {
+      let [to, next] = [from + 1, blocks.indexOf(1, from + 1)];
+      for (; next >= 0 && next - to < NEAR; next = blocks.indexOf(1, to)) to = next + 1;
       add(from * BLOCK, Math.min(to * BLOCK, first));
-      from = to;
+      from = next;
     }
   }
   if (end > first) add(first, end);

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { test } from "node:test";
+import { test as run } from "node:test";
 import { ConnectionError, decode, FormatError, HttpError, WorkerPool } from "../dist/unweld.js";
 import { Mirror } from "./mirror.mjs";
 import { serve } from "./server.mjs";
@@ -10,6 +10,7 @@ import { serve } from "./server.mjs";
 const golden = (name) => readFile(new URL(`../../tests/golden/${name}.uwm`, import.meta.url));
 const [sphere, torus] = (await Promise.all([golden("sphere"), golden("torus")])).map((bytes) => new Uint8Array(bytes));
 const pool = new WorkerPool(0);
+const test = (name, act) => run(name, { timeout: 60_000 }, act);
 
 async function mirrorOf(input, options = {}) {
   const mirror = new Mirror();

@@ -20,7 +20,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         }
         let lattice = &decoder.contents().ok_or("no contents")?.header.lattice;
         let (mesh_0, plain) = (decoder.mesh(), decoder.residue().is_none_or(|residue| residue.is_empty()));
-        let positions = mesh_0.positions.iter().flat_map(|&p| lattice.position(p).map(|x| (x as f32).to_bits()));
+        let positions =
+            mesh_0.positions.iter().flat_map(|&p| lattice.position(p).map(|x| (x as f32).to_bits()));
         let indices = mesh_0.table.triangles().flat_map(|t| mesh_0.table.triangle(t).map(|v| v.0));
         let exact = if plain { format!("{:08x}", digest(positions.chain(indices))) } else { "-".into() };
         let name = path.rsplit('/').next().unwrap_or_default();

@@ -86,7 +86,9 @@ pub extern "C" fn unweld_take() -> u32 {
         let c = &instance.changes;
         let mut table = vec![c.counts[0], c.counts[1], c.first_vertex, c.first_triangle];
         table.extend([&c.positions, &c.from, &c.normals].into_iter().flat_map(place));
-        table.extend([place(&c.moved), place(&c.moved_positions), place(&c.turned), place(&c.turned_normals)].concat());
+        table.extend(
+            [place(&c.moved), place(&c.moved_positions), place(&c.turned), place(&c.turned_normals)].concat(),
+        );
         table.extend([place(&c.indices), place(&c.rewritten), place(&c.rewritten_indices)].concat());
         instance.tell(&table)
     })

@@ -1,6 +1,6 @@
 // Workers, shared by meshes; each mesh stays with the one it was given.
 
-import { errorOf, FormatError, LimitError, type Fault } from "./errors.js";
+import { errorOf, LimitError, type Fault } from "./errors.js";
 import { Session, type Decoding } from "./session.js";
 import type { Delta, Settings } from "./types.js";
 import type { Answer, Call } from "./worker.js";
@@ -109,7 +109,7 @@ function usual(): number {
 
 /** An error as the worker threw it: classes do not come through messages. */
 function revived(error: Record<string, unknown>): Error {
-  if (error.name === FormatError.name) return errorOf({ ...(error as unknown as Fault), kind: "format" });
-  if (error.name === LimitError.name) return new LimitError(String(error.message));
+  if (error.name === "FormatError") return errorOf({ ...(error as unknown as Fault), kind: "format" });
+  if (error.name === "LimitError") return new LimitError(String(error.message));
   return new Error(String(error.message));
 }

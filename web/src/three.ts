@@ -11,9 +11,7 @@ import {
   type TypedArray,
   Vector3,
 } from "three";
-import { decode, type MeshStream } from "./decode.js";
-import { WorkerPool } from "./pool.js";
-import type { Contents, Delta, Until } from "./types.js";
+import { decode, WorkerPool, type Contents, type Delta, type MeshStream, type Until } from "./unweld.js";
 
 /** What `UnweldGeometry` dispatches. */
 export interface RefineEvent {

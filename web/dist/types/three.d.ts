@@ -1,7 +1,6 @@
 /** A loader for three.js: a geometry that grows in place while its file arrives. */
 import { BufferAttribute, BufferGeometry, Loader, type LoadingManager, type Material } from "three";
-import { type MeshStream } from "./decode.js";
-import type { Contents, Delta, Until } from "./types.js";
+import { type Contents, type Delta, type MeshStream, type Until } from "./unweld.js";
 /** What `UnweldGeometry` dispatches. */
 export interface RefineEvent {
     type: "refine";

@@ -45,9 +45,7 @@ class Remote {
   #next = 0;
 
   constructor(url: string | URL | undefined) {
-    this.#worker = url
-      ? new Worker(url, { type: "module", name: "unweld" })
-      : new Worker(new URL("./worker.js", import.meta.url), { type: "module", name: "unweld" });
+    this.#worker = started(url);
     this.#worker.onmessage = ({ data: { call, value, error } }: MessageEvent<Answer>) => {
       const waiting = this.#calls.get(call);
       this.#calls.delete(call);
@@ -62,7 +60,7 @@ class Remote {
     const call = <T>(method: Call["method"], argument?: unknown, transfer?: Transferable[]) =>
       this.#call<T>({ session, call: this.#next++, method, argument }, transfer ?? []);
     this.load++;
-    const wasm = settings.wasm && String(new URL(settings.wasm, document.baseURI));
+    const wasm = settings.wasm && String(new URL(settings.wasm, globalThis.document?.baseURI ?? location.href));
     call("open", wasm ? { ...settings, wasm } : settings).catch(() => {});
     let open = true;
     return {
@@ -101,6 +99,19 @@ class Remote {
 }
 
 let sessions = 0;
+
+function started(url: string | URL | undefined): Worker {
+  try {
+    return url
+      ? new Worker(url, { type: "module", name: "unweld" })
+      : new Worker(new URL("./worker.js", import.meta.url), { type: "module", name: "unweld" });
+  } catch {
+    // A script of another origin, a CDN's say, cannot be a worker, but a worker may import it.
+    const text = `import ${JSON.stringify(String(url ?? new URL("./worker.js", import.meta.url)))};`;
+    const own = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+    return new Worker(own, { type: "module", name: "unweld" });
+  }
+}
 
 /** One core is left to the page. */
 function usual(): number {

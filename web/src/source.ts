@@ -128,6 +128,12 @@ export class Source {
       this.#validator = null;
       return this.#again();
     }
+    if (response.status === 416 && validator !== null) {
+      // Shorter than what was received: another file, whatever the server says.
+      await response.body?.cancel();
+      this.#validator = null;
+      return this.#again();
+    }
     // The whole file: the same one from a server that does not know ranges, or another one.
     const same = validator !== null && validatorOf(response) === validator;
     this.#take(response);

@@ -25,7 +25,7 @@ const bytes = await readFile(file);
 const name = basename(file);
 // Two seconds for the whole of it, whatever its size.
 const mesh = { bytes, etag: '"1"', rate: Math.max(200, Math.round(bytes.length / 2)) };
-const list = { bytes: Buffer.from(JSON.stringify([{ name }])) };
+const list = { bytes: Buffer.from(JSON.stringify({ meshes: [{ name }, { name: "no.uwm", error: "damaged" }], next: null })) };
 const sphere = await readFile(local("../../tests/golden/sphere.uwm"));
 const bad = Buffer.from(sphere);
 const { value: first } = await decode(sphere, { pool: new WorkerPool(0) }).next();

@@ -231,3 +231,11 @@ test("a signal ends the stream with its reason", async () => {
     assert.ok(mirror.last && !mirror.last.complete);
   });
 });
+
+test("a server that says there is nothing behind what was received has another file", async () => {
+  const file = { bytes: sphere, etag: '"1"', breakAfter: most };
+  file.onBreak = () => Object.assign(file, { bytes: torus, etag: '"2"', breakAfter: undefined, short: true });
+  await within({ "/mesh.uwm": file }, async ({ url }) => {
+    assert.equal((await mirrorOf(`${url}/mesh.uwm`)).exact(), (await mirrorOf(torus)).exact());
+  });
+});

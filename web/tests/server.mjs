@@ -8,7 +8,7 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/cs
 
 /**
  * `files`: by path, `{ bytes, etag, breakAfter, ranges, status, rate }`. `breakAfter`: bytes after which every connection is cut;
- * `ranges`: false for a server that does not know them; `rate`: bytes a second. `folder`: served for all other paths.
+ * `ranges`: false for a server that does not know them; `short`: every range lies behind the end; `rate`: bytes a second. `folder`: served for all other paths.
  */
 export async function serve(files, folder) {
   const requests = [];
@@ -22,6 +22,7 @@ export async function serve(files, folder) {
     const headers = { "content-type": "model/vnd.unweld", "cache-control": "no-store", ...(etag ? { etag } : {}) };
     const [, from] = /^bytes=(\d+)-$/.exec(request.headers.range ?? "") ?? [];
     const stands = !request.headers["if-range"] || request.headers["if-range"] === etag;
+    if (from !== undefined && file.short) return void response.writeHead(416).end();
     const ranged = from !== undefined && file.ranges !== false && stands;
     const start = ranged ? Number(from) : 0;
     if (ranged) headers["content-range"] = `bytes ${start}-${bytes.length - 1}/${bytes.length}`;

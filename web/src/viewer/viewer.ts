@@ -131,8 +131,26 @@ function errorOf(error: number, { contents }: Delta): string {
   return diagonal > 0 ? `${((100 * error) / diagonal).toPrecision(2)} %` : String(error);
 }
 
-/** A mesh of the list: a name, or an object with a name and perhaps an address. */
-type Listed = string | { name?: string; url?: string; id?: string; path?: string };
+/** What GET meshes tells of a mesh: at least its name; `error` where it cannot be read. */
+interface Listed {
+  name: string;
+  triangles?: number;
+  error?: string;
+}
+
+/** All meshes of the server, or `null` where it tells none. */
+async function listed(): Promise<Listed[] | null> {
+  const list: Listed[] = [];
+  for (let after: string | null = ""; after !== null && list.length < 10_000; ) {
+    const query: string = after ? `?after=${encodeURIComponent(after)}` : "";
+    const response: Response | null = await fetch(`meshes${query}`, { headers: { Accept: "application/json" } }).catch(() => null);
+    if (!response?.ok) return list.length > 0 ? list : null;
+    const page: { meshes: Listed[]; next?: string | null } = await response.json();
+    list.push(...page.meshes);
+    after = page.next ?? null;
+  }
+  return list.filter(({ error }) => !error);
+}
 
 async function begin(): Promise<void> {
   const source = new URLSearchParams(location.search).get("src");
@@ -140,16 +158,15 @@ async function begin(): Promise<void> {
     element("name").textContent = source.split("/").at(-1) ?? source;
     return load(source);
   }
-  const response = await fetch("meshes", { headers: { Accept: "application/json" } }).catch(() => null);
-  if (!response?.ok) return say("There is no list of meshes here. Add ?src=ADDRESS of a .uwm file.");
-  const listed: Listed[] | { meshes: Listed[] } = await response.json();
-  const list = (Array.isArray(listed) ? listed : listed.meshes).map((mesh) => {
-    const name = typeof mesh === "string" ? mesh : (mesh.name ?? mesh.id ?? mesh.path ?? mesh.url ?? "");
-    const address = typeof mesh === "string" ? undefined : mesh.url;
-    return new Option(name, address ?? `meshes/${name.split("/").map(encodeURIComponent).join("/")}`);
-  });
+  const list = await listed();
+  if (!list) return say("There is no list of meshes here. Add ?src=ADDRESS of a .uwm file.");
   if (list.length === 0) return say("The list of meshes is empty.");
-  meshes.replaceChildren(...list);
+  const option = ({ name, triangles }: Listed) =>
+    new Option(
+      triangles ? `${name} · ${triangles.toLocaleString("en")}` : name,
+      `meshes/${name.split("/").map(encodeURIComponent).join("/")}`,
+    );
+  meshes.replaceChildren(...list.map(option));
   meshes.hidden = false;
   element("name").hidden = true;
   meshes.onchange = () => load(meshes.value);

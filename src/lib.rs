@@ -75,7 +75,8 @@
 //!
 //! # Features
 //! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `server`: the server, `cloud`: its object stores; `cli`
-//! (default): the command line; `peers`: what the benchmark `examples/table` compares with. Without any of them the crate is the decoder.
+//! (default): the command line; `wasm`: what a browser needs, for the module that `web/wasm` makes; `peers`: what the benchmark
+//! `examples/table` compares with. Without any of them the crate is the decoder.
 
 pub mod codec;
 pub mod container;
@@ -99,5 +100,7 @@ pub mod server;
 pub mod simplify;
 #[cfg(feature = "server")]
 pub mod store;
+#[cfg(feature = "wasm")]
+pub mod wasm;
 
 pub use error::{Error, Result};

@@ -14,6 +14,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("container", &["entropy::varint", "mesh::lattice", "mesh::Lattice"]),
     ("encoder", &["simplify", "codec", "refine", "mesh", "container", "entropy"]),
     ("decoder", &["codec", "refine", "mesh", "container", "entropy"]),
+    ("wasm", &["decoder", "container", "codec", "refine", "mesh"]),
     ("formats", &["mesh"]),
     ("render", &["mesh"]),
     ("store", &[]),

@@ -1,0 +1,311 @@
+//! What a browser needs of the decoder: bytes in, typed arrays and JSON out (feature `wasm`).
+//!
+//! Here is all that can be written without `unsafe`; the crate in `web/wasm` exports it from a WebAssembly module. Nothing in
+//! it depends on the machine: the arrays are the same everywhere.
+
+mod changes;
+mod report;
+mod surface;
+
+use crate::codec::residue::Residue;
+use crate::container::{Contents, Plan, Want, plan};
+use crate::decoder::{Decoder, Delta, Event, Options};
+use crate::error::Result;
+use crate::refine::Site;
+pub use changes::Changes;
+use changes::Marks;
+use std::sync::Arc;
+use surface::Surface;
+
+/// Settings of a client.
+#[derive(Clone, Copy, Debug)]
+pub struct Settings {
+    /// How far to decode.
+    pub want: Want,
+    /// Whether positions are told relative to the origin of the lattice, the smallest corner of the bounding box, so that binary32
+    /// is fine enough wherever the mesh lies.
+    pub relative: bool,
+    /// Whether [`Client::coarsen`] will be wanted.
+    pub undo: bool,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { want: Want::All, relative: false, undo: false }
+    }
+}
+
+/// A decoder that collects what has changed until it is asked for it.
+#[derive(Debug)]
+pub struct Client {
+    settings: Settings,
+    decoder: Decoder,
+    /// The first bytes, until header and table of contents are known.
+    head: Option<Vec<u8>>,
+    plan: Option<Plan>,
+    /// What the residue adds to level 0.
+    surface: Surface,
+    /// Vertices and triangles that [`Client::take`] has told.
+    told: [u32; 2],
+    moved: Marks,
+    turned: Marks,
+    rewritten: Marks,
+    /// Where the vertices behind those told began: positions relative to the lattice, in its steps.
+    from: Vec<[f32; 3]>,
+    reports: Vec<serde_json::Value>,
+}
+
+impl Client {
+    /// A client of a file, from its first byte.
+    pub fn new(settings: Settings) -> Self {
+        Self {
+            decoder: Decoder::new(settings.options()),
+            settings,
+            head: Some(Vec::new()),
+            plan: None,
+            surface: Surface::default(),
+            told: [0; 2],
+            moved: Marks::default(),
+            turned: Marks::default(),
+            rewritten: Marks::default(),
+            from: Vec::new(),
+            reports: Vec::new(),
+        }
+    }
+
+    /// Hands over the next bytes. Those behind [`Client::end`] are not needed.
+    pub fn push(&mut self, bytes: &[u8]) {
+        if let Some(head) = &mut self.head {
+            head.extend_from_slice(bytes);
+        }
+        self.decoder.push(bytes);
+    }
+
+    /// Decodes up to the next event; `false` where more bytes are needed, or none are expected.
+    ///
+    /// # Errors
+    /// As [`Decoder::poll`]; the fault is reported too.
+    pub fn poll(&mut self) -> Result<bool> {
+        match self.decoder.poll() {
+            Ok(Some(event)) => self.note(event),
+            Ok(None) => return Ok(false),
+            Err(error) => {
+                self.reports.push(report::fault(&error, self.decoder.contents()));
+                return Err(error);
+            }
+        }
+        Ok(true)
+    }
+
+    /// Says that no more bytes will come.
+    ///
+    /// # Errors
+    /// As [`Decoder::finish`]; the fault is reported too.
+    pub fn finish(&mut self) -> Result<()> {
+        let outcome = self.decoder.finish();
+        if let Err(error) = &outcome {
+            self.reports.push(report::fault(error, self.decoder.contents()));
+        }
+        outcome
+    }
+
+    /// The byte at which what is wanted ends, once the table of contents is known.
+    pub fn end(&self) -> Option<u64> {
+        self.plan.as_ref().map(Plan::end)
+    }
+
+    /// The decoder, with the mesh as it stands.
+    pub fn decoder(&self) -> &Decoder {
+        &self.decoder
+    }
+
+    /// About how many numbers [`Client::take`] would return now.
+    pub fn waiting(&self) -> usize {
+        let [vertices, triangles] = self.counts();
+        6 * (vertices.saturating_sub(self.told[0]) as usize + self.moved.list().len())
+            + 3 * (triangles.saturating_sub(self.told[1]) as usize + self.rewritten.list().len())
+    }
+
+    /// What has changed in the mesh since it was asked before.
+    pub fn take(&mut self) -> Changes {
+        let Some(contents) = self.decoder.contents().cloned() else { return Changes::default() };
+        let changes = self.changes(&contents);
+        self.told = self.counts();
+        self.from.clear();
+        for marks in [&mut self.moved, &mut self.turned, &mut self.rewritten] {
+            marks.clear();
+        }
+        changes
+    }
+
+    /// What has happened since it was asked before, as a JSON array of objects, each with a `type`: `contents`, `level`,
+    /// `residue`, `metadata`, `end`, `fault`.
+    pub fn report(&mut self) -> String {
+        serde_json::Value::Array(std::mem::take(&mut self.reports)).to_string()
+    }
+
+    /// Goes down to the next coarser level; see [`Decoder::coarsen`]. Returns the level reached.
+    ///
+    /// # Errors
+    /// As [`Decoder::coarsen`].
+    pub fn coarsen(&mut self) -> Result<Option<u32>> {
+        let level = self.decoder.coarsen()?;
+        self.tell_all_again();
+        Ok(level)
+    }
+
+    /// Goes up again by a level; see [`Decoder::restore`]. Returns the level reached.
+    ///
+    /// # Errors
+    /// As [`Decoder::restore`].
+    pub fn restore(&mut self) -> Result<Option<u32>> {
+        let level = self.decoder.restore()?;
+        self.tell_all_again();
+        Ok(level)
+    }
+
+    /// Vertices and triangles of the mesh, with those of the residue where it stands at level 0.
+    fn counts(&self) -> [u32; 2] {
+        let mesh = self.decoder.mesh();
+        let more = if self.is_finest() { self.surface.counts() } else { [0; 2] };
+        [
+            mesh.positions.len().min(mesh.table.vertex_slots()) as u32 + more[0],
+            mesh.table.slots() as u32 + more[1],
+        ]
+    }
+
+    fn is_finest(&self) -> bool {
+        self.decoder.residue().is_some() && self.decoder.level() == Some(0)
+    }
+
+    fn tell_all_again(&mut self) {
+        self.told = [0; 2];
+        self.from.clear();
+        for marks in [&mut self.moved, &mut self.turned, &mut self.rewritten] {
+            marks.clear();
+        }
+    }
+
+    fn note(&mut self, event: Event) {
+        match event {
+            Event::Contents(contents) => self.set_out(contents),
+            Event::Whole { .. } => self.tell_all_again(),
+            Event::Refined(delta) => self.refined(&delta),
+            Event::Level { level, .. } => {
+                let contents = self.decoder.contents().cloned();
+                self.reports.extend(contents.map(|contents| report::level(&contents, level)));
+            }
+            Event::Residue => self.residue(),
+            Event::Metadata => self.reports.extend(self.decoder.metadata().map(report::metadata)),
+            Event::Stopped | Event::End => self.reports.push(report::end()),
+        }
+    }
+
+    /// Once it is known what the file holds, the decoder is told what to decode of it.
+    fn set_out(&mut self, contents: Arc<Contents>) {
+        let plan = plan(&contents, self.settings.want);
+        self.reports.push(report::contents(&contents, &plan));
+        let head = self.head.take().unwrap_or_default();
+        let table_end = usize::try_from(contents.header.table_end()).unwrap_or(usize::MAX);
+        self.decoder = Decoder::of_plan(contents, &plan, self.settings.options());
+        self.decoder.push(head.get(table_end..).unwrap_or_default());
+        self.plan = Some(plan);
+    }
+
+    fn refined(&mut self, delta: &Delta) {
+        let mesh = self.decoder.mesh();
+        for site in &delta.parents {
+            let middle = |parents: &[crate::mesh::Vertex]| {
+                let mut sum = [0.0; 3];
+                for v in parents {
+                    let p = mesh.positions[v.index()];
+                    sum = [0, 1, 2].map(|k| sum[k] + f64::from(p[k]) / parents.len() as f64);
+                }
+                sum.map(|x| x as f32)
+            };
+            self.from.push(match *site {
+                Site::Edge(a, b) | Site::Attach(a, b) => middle(&[a, b]),
+                Site::Face(a, b, c) => middle(&[a, b, c]),
+            });
+        }
+        let [told_vertices, told_triangles] = self.told;
+        let table = &mesh.table;
+        for &t in &delta.rewritten {
+            if t < told_triangles {
+                self.rewritten.add(t);
+            }
+        }
+        for t in delta.rewritten.iter().copied().chain(delta.triangles.clone()) {
+            for v in table.triangle(crate::mesh::Triangle(t)) {
+                if v.0 < told_vertices {
+                    self.turned.add(v.0);
+                }
+            }
+        }
+        for &v in &delta.moved {
+            if v < told_vertices {
+                self.moved.add(v);
+            }
+            for v in table.link(crate::mesh::Vertex(v)).into_iter().chain([crate::mesh::Vertex(v)]) {
+                if v.0 < told_vertices {
+                    self.turned.add(v.0);
+                }
+            }
+        }
+    }
+
+    fn residue(&mut self) {
+        let none = Residue::default();
+        let residue = self.decoder.residue().unwrap_or(&none);
+        self.reports.push(report::residue(residue));
+        self.surface = Surface::new(self.decoder.mesh(), residue);
+        for t in self.surface.reversed().filter(|&t| t < self.told[1]) {
+            self.rewritten.add(t);
+        }
+        for v in self.surface.turned().filter(|&v| v < self.told[0]) {
+            self.turned.add(v);
+        }
+    }
+
+    fn changes(&self, contents: &Contents) -> Changes {
+        let mesh = self.decoder.mesh();
+        let bare = Surface::default();
+        let surface = if self.is_finest() { &self.surface } else { &bare };
+        let lattice = &contents.header.lattice;
+        let origin = if self.settings.relative { [0.0; 3] } else { lattice.origin };
+        let place = |p: [f64; 3]| [0, 1, 2].map(|k| (origin[k] + p[k] * lattice.step) as f32);
+        let position = |v: u32| place(surface.position(mesh, lattice, v));
+        let [vertices, triangles] = self.counts();
+        let [first_vertex, first_triangle] = self.told;
+        let flat = |list: &[u32], value: &dyn Fn(u32) -> [f32; 3]| -> Vec<f32> {
+            list.iter().flat_map(|&v| value(v)).collect()
+        };
+        let normal = |v: u32| surface.normal(mesh, v);
+        let indices = |t: u32| surface.triangle(mesh, t);
+        let from = |v: u32| match self.from.get((v - first_vertex) as usize) {
+            Some(p) if first_vertex > 0 => place(p.map(f64::from)),
+            _ => position(v),
+        };
+        Changes {
+            counts: [vertices, triangles],
+            first_vertex,
+            positions: (first_vertex..vertices).flat_map(position).collect(),
+            from: (first_vertex..vertices).flat_map(from).collect(),
+            normals: (first_vertex..vertices).flat_map(normal).collect(),
+            moved: self.moved.list().to_vec(),
+            moved_positions: flat(self.moved.list(), &position),
+            turned: self.turned.list().to_vec(),
+            turned_normals: flat(self.turned.list(), &normal),
+            first_triangle,
+            indices: (first_triangle..triangles).flat_map(indices).collect(),
+            rewritten: self.rewritten.list().to_vec(),
+            rewritten_indices: self.rewritten.list().iter().flat_map(|&t| indices(t)).collect(),
+        }
+    }
+}
+
+impl Settings {
+    fn options(self) -> Options {
+        Options { undo: self.undo, ..Options::default() }
+    }
+}

@@ -1,0 +1,113 @@
+//! Events as JSON.
+
+use crate::codec::residue::Residue;
+use crate::container::{Contents, Metadata, Plan};
+use crate::error::Error;
+use serde_json::{Value, json};
+use std::sync::Arc;
+
+/// What the file holds, and where what is wanted of it ends.
+pub fn contents(contents: &Contents, plan: &Plan) -> Value {
+    let header = &contents.header;
+    let levels: Vec<Value> = (0..header.level_count).map(|j| of_level(contents, j)).collect();
+    json!({
+        "type": "contents",
+        "vertices": header.vertices,
+        "triangles": header.triangles,
+        "bits": header.lattice.bits,
+        "step": header.lattice.step,
+        "min": header.lattice.origin,
+        "max": header.far_corner(),
+        "levels": levels,
+        "tableEnd": header.table_end(),
+        "fileBytes": contents.file_bytes(),
+        "wanted": {
+            "level": plan.level,
+            "vertices": plan.vertices,
+            "triangles": plan.triangles,
+            "end": plan.end(),
+        },
+        "attributes": [{ "name": "position", "components": 3 }, { "name": "normal", "components": 3 }],
+    })
+}
+
+/// A level is complete.
+pub fn level(contents: &Contents, level: u32) -> Value {
+    let mut value = of_level(contents, level);
+    value["type"] = "level".into();
+    value
+}
+
+/// The residue of level 0 is there.
+pub fn residue(residue: &Residue) -> Value {
+    let counts = residue.counts();
+    json!({
+        "type": "residue",
+        "triangles": counts.triangles,
+        "vertices": counts.extra_vertices,
+        "groups": counts.groups,
+        "groupedVertices": counts.grouped_vertices,
+        "reversedTriangles": counts.reversed_triangles,
+    })
+}
+
+/// The metadata are there.
+pub fn metadata(metadata: &Metadata) -> Value {
+    json!({
+        "type": "metadata",
+        "generator": metadata.generator,
+        "source": metadata.source,
+        "settings": metadata.settings,
+        "dropped": metadata.dropped,
+        "conditioning": metadata.conditioning,
+        "diagonal": metadata.diagonal,
+    })
+}
+
+/// What was wanted is there.
+pub fn end() -> Value {
+    json!({ "type": "end" })
+}
+
+/// What ended decoding; names the atom, where it lies in one.
+pub fn fault(error: &Error, contents: Option<&Arc<Contents>>) -> Value {
+    let mut value = json!({ "type": "fault", "message": error.to_string() });
+    match error {
+        Error::Format(fault) => {
+            value["kind"] = "format".into();
+            value["offset"] = fault.offset.into();
+            value["section"] = fault.section.into();
+            let atoms = contents.map_or(&[][..], |contents| &contents.atoms);
+            let index = atoms.partition_point(|atom| atom.end() <= fault.offset);
+            if let Some(atom) = atoms.get(index).filter(|atom| atom.offset <= fault.offset) {
+                let kind = format!("{:?}", atom.kind).to_lowercase();
+                value["atom"] = json!({ "index": index, "kind": kind, "level": atom.level });
+                let named = fault.what.starts_with("atom ");
+                if !named {
+                    let what = format!(
+                        "byte {}: atom {index} ({kind}, level {}): {}",
+                        fault.offset, atom.level, fault.what
+                    );
+                    value["message"] = format!("{what} (spec §{})", fault.section).into();
+                }
+            }
+        }
+        Error::Limit { .. } => value["kind"] = "limit".into(),
+        _ => value["kind"] = "other".into(),
+    }
+    value
+}
+
+fn of_level(contents: &Contents, level: u32) -> Value {
+    let end = contents.bytes(contents.steps(level)).end;
+    contents.level(level).map_or(Value::Null, |entry| {
+        json!({
+            "level": level,
+            "vertices": entry.vertices,
+            "triangles": entry.triangles,
+            "maxError": entry.max_error,
+            "rmsError": entry.rms_error,
+            "end": end,
+        })
+    })
+}

@@ -1,0 +1,207 @@
+//! What a browser gets (feature `wasm`): a copy of the mesh that changes are applied to is the mesh.
+
+use unweld::container::Want;
+use unweld::decoder::{Options, decode};
+use unweld::encoder::{Encoder, Options as Encoding};
+use unweld::mesh::{IndexedMesh, shapes};
+use unweld::wasm::{Changes, Client, Settings};
+
+/// What a page keeps.
+#[derive(Default)]
+struct Copy {
+    positions: Vec<[f32; 3]>,
+    normals: Vec<[f32; 3]>,
+    triangles: Vec<[u32; 3]>,
+}
+
+impl Copy {
+    fn apply(&mut self, changes: &Changes) {
+        let [vertices, triangles] = changes.counts.map(|count| count as usize);
+        append(&mut self.positions, changes.first_vertex, &changes.positions, vertices);
+        append(&mut self.normals, changes.first_vertex, &changes.normals, vertices);
+        append(&mut self.triangles, changes.first_triangle, &changes.indices, triangles);
+        assert_eq!(changes.from.len(), changes.positions.len());
+        scatter(&mut self.positions, &changes.moved, &changes.moved_positions);
+        scatter(&mut self.normals, &changes.turned, &changes.turned_normals);
+        scatter(&mut self.triangles, &changes.rewritten, &changes.rewritten_indices);
+        assert!(self.triangles.iter().flatten().all(|&v| (v as usize) < vertices));
+    }
+
+    /// The triangles as positions, each from its smallest corner on, sorted.
+    fn soup(&self) -> Vec<[[u32; 3]; 3]> {
+        soup(&self.triangles, |v| self.positions[v as usize])
+    }
+}
+
+fn append<T: std::marker::Copy + Default>(array: &mut Vec<[T; 3]>, first: u32, more: &[T], count: usize) {
+    array.truncate(first as usize);
+    assert_eq!(array.len(), first as usize, "what is appended follows what was there");
+    array.extend(more.chunks_exact(3).map(|x| [x[0], x[1], x[2]]));
+    assert_eq!(array.len(), count);
+}
+
+fn scatter<T: std::marker::Copy>(array: &mut [[T; 3]], places: &[u32], values: &[T]) {
+    assert_eq!(3 * places.len(), values.len());
+    for (&place, x) in places.iter().zip(values.chunks_exact(3)) {
+        array[place as usize] = [x[0], x[1], x[2]];
+    }
+}
+
+fn soup(triangles: &[[u32; 3]], position: impl Fn(u32) -> [f32; 3]) -> Vec<[[u32; 3]; 3]> {
+    let turned = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| position(v).map(f32::to_bits));
+        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().expect("there are three")
+    };
+    let mut soup: Vec<_> = triangles.iter().map(turned).collect();
+    soup.sort_unstable();
+    soup
+}
+
+/// Follows a file in pieces, taking changes after every so many events.
+fn follow(file: &[u8], piece: usize, every: usize, settings: Settings) -> (Client, Copy, String) {
+    let (mut client, mut copy, mut report) = (Client::new(settings), Copy::default(), String::new());
+    let mut events = 0;
+    for bytes in file.chunks(piece) {
+        client.push(bytes);
+        while client.poll().expect("the file is well-formed") {
+            events += 1;
+            if events % every == 0 {
+                copy.apply(&client.take());
+            }
+        }
+        report += &client.report();
+    }
+    copy.apply(&client.take());
+    (client, copy, report)
+}
+
+fn file(mesh: &IndexedMesh) -> Vec<u8> {
+    Encoder::new(Encoding { position_bits: 12, ..Encoding::default() })
+        .encode_to_vec(mesh)
+        .expect("it can be encoded")
+}
+
+/// A closed mesh, an open one with a handle, and one with all that a residue holds.
+fn meshes() -> Vec<IndexedMesh> {
+    let mut torn = shapes::torus_with_hole(9, 7);
+    let [a, b, c] = torn.triangles[5];
+    torn.triangles.push([a, b, c]);
+    torn.triangles.push([c, b, a]);
+    torn.triangles.push([a, a, b]);
+    torn.positions.push([0.1, 0.2, 0.3]);
+    // A fan that touches the rest in one vertex, and a reversed triangle.
+    let tip = torn.positions.len() as u32;
+    torn.positions.extend([[3.0, 0.0, 0.0], [3.0, 1.0, 0.0]]);
+    torn.triangles.push([a, tip, tip + 1]);
+    torn.triangles[20].swap(0, 1);
+    vec![shapes::bumpy_sphere(3, 1), shapes::torus_with_hole(9, 7), torn]
+}
+
+#[test]
+fn the_copy_is_the_mesh_however_it_is_cut() {
+    for mesh in meshes() {
+        let file = file(&mesh);
+        let whole = decode(&file, Options::default()).unwrap().assembled().unwrap();
+        let expected = soup(&whole.triangles, |v| whole.positions[v as usize].map(|x| x as f32));
+        assert_eq!(expected.len(), mesh.triangles.len());
+        for (piece, every) in [(file.len(), 1), (file.len(), 5), (100, 1), (333, 7), (1, 1000)] {
+            let (client, copy, report) = follow(&file, piece, every, Settings::default());
+            assert_eq!(copy.soup(), expected, "pieces of {piece}, every {every} events");
+            assert!(report.contains(r#""type":"end""#));
+            assert_eq!(client.end(), client.decoder().contents().map(|contents| contents.file_bytes()));
+        }
+    }
+}
+
+#[test]
+fn normals_are_those_of_the_triangles() {
+    let file = file(&shapes::bumpy_sphere(3, 1));
+    let (_, copy, _) = follow(&file, 64, 1, Settings::default());
+    let mut sums = vec![[0.0f64; 3]; copy.positions.len()];
+    for t in &copy.triangles {
+        let [a, b, c] = t.map(|v| copy.positions[v as usize].map(f64::from));
+        let [u, v] = [b, c].map(|p| [0, 1, 2].map(|k| p[k] - a[k]));
+        let cross = [0, 1, 2].map(|k| u[(k + 1) % 3] * v[(k + 2) % 3] - u[(k + 2) % 3] * v[(k + 1) % 3]);
+        for v in t {
+            for k in 0..3 {
+                sums[*v as usize][k] += cross[k];
+            }
+        }
+    }
+    for (normal, sum) in copy.normals.iter().zip(sums) {
+        let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
+        for k in 0..3 {
+            assert!((f64::from(normal[k]) - sum[k] / length).abs() < 1e-4);
+        }
+    }
+}
+
+#[test]
+fn down_and_up_again() {
+    for mesh in meshes() {
+        let file = file(&mesh);
+        let settings = Settings { undo: true, ..Settings::default() };
+        let (mut client, mut copy, _) = follow(&file, 500, 3, settings);
+        let finest = copy.soup();
+        let levels = client.decoder().contents().unwrap().levels.clone();
+        while let Some(level) = client.coarsen().unwrap() {
+            copy.apply(&client.take());
+            assert_eq!(copy.triangles.len(), levels[level as usize].triangles as usize);
+        }
+        while client.restore().unwrap().is_some() {}
+        copy.apply(&client.take());
+        assert_eq!(copy.soup(), finest);
+    }
+}
+
+#[test]
+fn only_what_is_wanted() {
+    let file = file(&shapes::bumpy_sphere(3, 1));
+    let (client, copy, report) =
+        follow(&file, 200, 1, Settings { want: Want::Level(3), ..Settings::default() });
+    let contents = client.decoder().contents().unwrap().clone();
+    assert_eq!(copy.triangles.len(), contents.level(3).unwrap().triangles as usize);
+    assert_eq!(client.end(), Some(contents.bytes(contents.steps(3)).end));
+    assert!(report.contains(r#""type":"end""#) && !report.contains(r#""type":"residue""#));
+}
+
+#[test]
+fn positions_relative_to_the_corner_of_the_box() {
+    let mut mesh = shapes::sphere(2);
+    for p in &mut mesh.positions {
+        *p = [p[0] + 4.0e6, p[1] + 5.0e5, p[2]];
+    }
+    let file = file(&mesh);
+    let (client, copy, _) = follow(&file, 1000, 1, Settings { relative: true, ..Settings::default() });
+    let lattice = client.decoder().contents().unwrap().header.lattice;
+    for (p, q) in copy.positions.iter().zip(&client.decoder().mesh().positions) {
+        for k in 0..3 {
+            assert!((f64::from(p[k]) - lattice.step * f64::from(q[k])).abs() < 1e-6);
+        }
+    }
+}
+
+#[test]
+fn a_fault_names_its_atom() {
+    let mut file = file(&shapes::bumpy_sphere(3, 1));
+    let contents = unweld::container::parse_contents(&file).unwrap().unwrap();
+    let index = contents.steps(2).start;
+    file[contents.atoms[index].offset as usize] ^= 0x40;
+    let mut client = Client::new(Settings::default());
+    client.push(&file);
+    let error = loop {
+        match client.poll() {
+            Ok(more) => assert!(more, "the fault is found"),
+            Err(error) => break error,
+        }
+    };
+    let report = client.report();
+    assert!(
+        report.contains(&format!(r#""atom":{{"index":{index},"kind":"refinement","level":2}}"#)),
+        "{report}"
+    );
+    assert!(report.contains(&error.to_string()), "{report}");
+    let mut copy = Copy::default();
+    copy.apply(&client.take());
+    assert_eq!(copy.triangles.len(), contents.level(3).unwrap().triangles as usize);
+}

@@ -1,0 +1,40 @@
+import { WorkerPool } from "./pool.js";
+import { type Input, type SourceOptions } from "./source.js";
+import type { Contents, Delta, Settings } from "./types.js";
+export interface DecodeOptions extends Settings, SourceOptions {
+    /** Where to decode: by default workers that all meshes share. */
+    pool?: WorkerPool;
+}
+/**
+ * Decodes a mesh while its bytes arrive.
+ *
+ * ```js
+ * for await (const delta of decode("bunny.uwm")) console.log(delta.triangles);
+ * ```
+ *
+ * Errors: `FormatError`, `LimitError`, `HttpError`, `ConnectionError`, and the reason of the signal. Whatever it is, the deltas before it
+ * make a valid mesh.
+ */
+export declare function decode(input: Input, options?: DecodeOptions): MeshStream;
+/** A mesh on its way. It can be iterated once, and again after a `ConnectionError`: then it goes on where it was. */
+export declare class MeshStream implements AsyncIterableIterator<Delta> {
+    #private;
+    /** What the file holds, from the first delta on. */
+    contents: Contents | null;
+    constructor(input: Input, options: DecodeOptions);
+    /** Bytes received so far. */
+    get received(): number;
+    /** Whether positions are relative to `contents.min`. */
+    get relative(): boolean;
+    [Symbol.asyncIterator](): this;
+    next(): Promise<IteratorResult<Delta, undefined>>;
+    /** Ends the stream: what `break` does. */
+    return(): Promise<IteratorResult<Delta, undefined>>;
+    /**
+     * The mesh at a level that has been decoded, or with `null` at the finest, as a delta in which everything is new. Until the finest is
+     * shown again, decoding rests. Wants the option `levels`.
+     */
+    show(level: number | null): Promise<Delta>;
+    /** Ends the stream and gives back its memory. */
+    close(): void;
+}

@@ -1,0 +1,39 @@
+import type { Settings } from "./types.js";
+/** What has changed, in arrays of its own. */
+export interface Changes {
+    vertices: number;
+    triangles: number;
+    firstVertex: number;
+    firstTriangle: number;
+    positions: Float32Array;
+    from: Float32Array;
+    normals: Float32Array;
+    moved: Uint32Array;
+    movedPositions: Float32Array;
+    turned: Uint32Array;
+    turnedNormals: Float32Array;
+    indices: Uint32Array;
+    rewritten: Uint32Array;
+    rewrittenIndices: Uint32Array;
+}
+/** Compiles the module, once for each address. */
+export declare function compile(url: string | URL | undefined): Promise<WebAssembly.Module>;
+/** A decoder. Its methods are those of `unweld::wasm::Client`. */
+export declare class Decoder {
+    #private;
+    constructor(module: WebAssembly.Module, settings: Settings);
+    push(bytes: Uint8Array): void;
+    /** `true` where there was an event, `false` where more bytes are needed, `"fault"` where there is a fault to report. */
+    poll(): boolean | "fault";
+    finish(): boolean;
+    /** About how many numbers `take` would return. */
+    waiting(): number;
+    take(): Changes;
+    report(): {
+        type: string;
+    }[];
+    /** The level reached, or -1. */
+    coarsen(): number;
+    /** The level reached, or -1. */
+    restore(): number;
+}

@@ -1,0 +1,28 @@
+import type { Delta, Settings } from "./types.js";
+/** What decodes a mesh: a session on this thread, or one in a worker. */
+export interface Decoding {
+    /** Hands over the next bytes; resolves as soon as there is room for more. */
+    push(bytes: Uint8Array): Promise<void>;
+    /** Says whether more bytes will come; where they do not, for now or for good, `next` does not wait for them. */
+    end(ended: Ended): Promise<void>;
+    /** Forgets all bytes: the file begins anew. */
+    restart(): Promise<void>;
+    /** What has changed, as soon as something has; `null` where nothing more will. */
+    next(): Promise<Delta | null>;
+    /** Shows a level that has been decoded, or with `null` the finest. Until that is shown again, decoding rests. */
+    show(level: number | null): Promise<Delta>;
+    close(): void;
+}
+export type Ended = "no" | "for now" | "for good";
+export declare class Session implements Decoding {
+    #private;
+    constructor(settings: Settings);
+    push(bytes: Uint8Array): Promise<void>;
+    end(ended: Ended): Promise<void>;
+    restart(): Promise<void>;
+    next(): Promise<Delta | null>;
+    show(level: number | null): Promise<Delta>;
+    close(): void;
+}
+/** The buffers of a delta, which can be transferred. */
+export declare function buffersOf(delta: Delta): ArrayBuffer[];

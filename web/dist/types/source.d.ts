@@ -1,0 +1,24 @@
+/** What a mesh can be decoded from. With an address, a broken connection is taken up again where it broke. */
+export type Input = string | URL | Request | Response | Promise<Response> | Blob | ArrayBuffer | Uint8Array | ReadableStream<Uint8Array> | AsyncIterable<Uint8Array>;
+export interface SourceOptions {
+    signal?: AbortSignal | undefined;
+    /** How often in a row a connection is tried again, after 0.5, 1, 2, 4 … seconds; 5 by default. */
+    retries?: number | undefined;
+    /** For requests that this package makes. */
+    request?: RequestInit | undefined;
+}
+/** Reads an input from its first byte. */
+export declare class Source {
+    #private;
+    /** Bytes returned by `read` since the last `"restart"`. */
+    received: number;
+    /** Bytes that there must be, once known: less is a connection lost. */
+    expected: number | null;
+    /** Where to ask again; empty where that is impossible. */
+    url: string;
+    constructor(input: Input, options: SourceOptions);
+    /** The next bytes; `null` at the end; `"restart"` where the file is another one now and begins anew. */
+    read(): Promise<Uint8Array | "restart" | null>;
+    /** Reads no further. */
+    cancel(): void;
+}

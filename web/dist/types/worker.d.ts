@@ -1,0 +1,13 @@
+/** A call of a session's method; `open` and `close` make and end one. */
+export interface Call {
+    session: number;
+    call: number;
+    method: "open" | "push" | "end" | "restart" | "next" | "show" | "close";
+    argument?: unknown;
+}
+/** Its outcome. */
+export interface Answer {
+    call: number;
+    value?: unknown;
+    error?: Record<string, unknown>;
+}

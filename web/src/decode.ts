@@ -1,0 +1,145 @@
+import { ConnectionError } from "./errors.js";
+import { WorkerPool } from "./pool.js";
+import type { Decoding } from "./session.js";
+import { Source, type Input, type SourceOptions } from "./source.js";
+import type { Contents, Delta, Settings } from "./types.js";
+
+export interface DecodeOptions extends Settings, SourceOptions {
+  /** Where to decode: by default workers that all meshes share. */
+  pool?: WorkerPool;
+}
+
+/**
+ * Decodes a mesh while its bytes arrive.
+ *
+ * ```js
+ * for await (const delta of decode("bunny.uwm")) console.log(delta.triangles);
+ * ```
+ *
+ * Errors: `FormatError`, `LimitError`, `HttpError`, `ConnectionError`, and the reason of the signal. Whatever it is, the deltas before it
+ * make a valid mesh.
+ */
+export function decode(input: Input, options: DecodeOptions = {}): MeshStream {
+  return new MeshStream(input, options);
+}
+
+/** A mesh on its way. It can be iterated once, and again after a `ConnectionError`: then it goes on where it was. */
+export class MeshStream implements AsyncIterableIterator<Delta> {
+  /** What the file holds, from the first delta on. */
+  contents: Contents | null = null;
+  readonly #options: DecodeOptions;
+  readonly #source: Source;
+  readonly #decoding: Decoding;
+  #pump: Promise<void> | null = null;
+  #error: unknown = null;
+  #state: "open" | "complete" | "closed" = "open";
+  readonly #abort = () => this.close();
+
+  constructor(input: Input, options: DecodeOptions) {
+    this.#options = options;
+    this.#source = new Source(input, options);
+    const { until, relative, levels, wasm } = options;
+    const settings: Settings = {};
+    if (until) settings.until = until;
+    if (relative) settings.relative = relative;
+    if (levels) settings.levels = levels;
+    if (wasm) settings.wasm = wasm;
+    this.#decoding = (options.pool ?? shared()).open(settings);
+    options.signal?.addEventListener("abort", this.#abort, { once: true });
+  }
+
+  /** Bytes received so far. */
+  get received(): number {
+    return this.#source.received;
+  }
+
+  /** Whether positions are relative to `contents.min`. */
+  get relative(): boolean {
+    return this.#options.relative ?? false;
+  }
+
+  [Symbol.asyncIterator](): this {
+    return this;
+  }
+
+  async next(): Promise<IteratorResult<Delta, undefined>> {
+    const { signal } = this.#options;
+    signal?.throwIfAborted();
+    if (this.#state !== "open") return { done: true, value: undefined };
+    this.#pump ??= this.#run();
+    try {
+      const delta = await this.#decoding.next();
+      signal?.throwIfAborted();
+      if (delta) {
+        this.contents = delta.contents;
+        this.#source.expected = delta.contents.wanted.end;
+        return { done: false, value: delta };
+      }
+    } catch (error) {
+      this.close();
+      throw signal?.aborted ? signal.reason : error;
+    }
+    const error = this.#error;
+    if (error) {
+      await this.#pump;
+      this.#error = this.#pump = null;
+      if (!(error instanceof ConnectionError)) this.close();
+      throw error;
+    }
+    if (this.#state === "open") this.#state = "complete";
+    this.#source.cancel();
+    // With levels the decoder is still wanted: until `close`.
+    if (!this.#options.levels) this.close();
+    return { done: true, value: undefined };
+  }
+
+  /** Ends the stream: what `break` does. */
+  async return(): Promise<IteratorResult<Delta, undefined>> {
+    this.close();
+    return { done: true, value: undefined };
+  }
+
+  /**
+   * The mesh at a level that has been decoded, or with `null` at the finest, as a delta in which everything is new. Until the finest is
+   * shown again, decoding rests. Wants the option `levels`.
+   */
+  show(level: number | null): Promise<Delta> {
+    if (!this.#options.levels) return Promise.reject(new TypeError("decode was not told to keep levels"));
+    return this.#decoding.show(level);
+  }
+
+  /** Ends the stream and gives back its memory. */
+  close(): void {
+    if (this.#state === "closed") return;
+    this.#state = "closed";
+    this.#options.signal?.removeEventListener("abort", this.#abort);
+    this.#source.cancel();
+    this.#decoding.close();
+  }
+
+  /** Reads until all that is wanted is there; an error waits until what came before it is decoded. */
+  async #run(): Promise<void> {
+    try {
+      await this.#decoding.end("no");
+      while (this.#state === "open") {
+        const { expected, received } = this.#source;
+        if (expected !== null && received >= expected) break;
+        const bytes = await this.#source.read();
+        if (this.#state !== "open") return;
+        if (bytes === null) break;
+        if (bytes === "restart") await this.#decoding.restart();
+        else await this.#decoding.push(bytes);
+      }
+      await this.#decoding.end("for good");
+    } catch (error) {
+      this.#error = error;
+      await this.#decoding.end("for now").catch(() => {});
+    }
+  }
+}
+
+let pool: WorkerPool | null = null;
+
+function shared(): WorkerPool {
+  return (pool ??= new WorkerPool());
+}

@@ -1,0 +1,139 @@
+// The WebAssembly module: one instance a mesh, so that its memory goes with it.
+
+import type { Settings, Until } from "./types.js";
+
+interface Exports {
+  memory: WebAssembly.Memory;
+  unweld_new(flags: number, want: number, value: number): void;
+  unweld_room(length: number): number;
+  unweld_push(length: number): void;
+  unweld_poll(): number;
+  unweld_finish(): number;
+  unweld_waiting(): number;
+  unweld_take(): number;
+  unweld_report(): number;
+  unweld_coarsen(): number;
+  unweld_restore(): number;
+}
+
+/** What has changed, in arrays of its own. */
+export interface Changes {
+  vertices: number;
+  triangles: number;
+  firstVertex: number;
+  firstTriangle: number;
+  positions: Float32Array;
+  from: Float32Array;
+  normals: Float32Array;
+  moved: Uint32Array;
+  movedPositions: Float32Array;
+  turned: Uint32Array;
+  turnedNormals: Float32Array;
+  indices: Uint32Array;
+  rewritten: Uint32Array;
+  rewrittenIndices: Uint32Array;
+}
+
+/** Compiles the module, once for each address. */
+export function compile(url: string | URL | undefined): Promise<WebAssembly.Module> {
+  const address = String(url ?? new URL("./unweld.wasm", import.meta.url));
+  let module = modules.get(address);
+  if (!module) {
+    module = load(address);
+    module.catch(() => modules.delete(address));
+    modules.set(address, module);
+  }
+  return module;
+}
+
+/** A decoder. Its methods are those of `unweld::wasm::Client`. */
+export class Decoder {
+  readonly #exports: Exports;
+
+  constructor(module: WebAssembly.Module, settings: Settings) {
+    this.#exports = new WebAssembly.Instance(module).exports as unknown as Exports;
+    const [want, value] = wanted(settings.until ?? {});
+    this.#exports.unweld_new((settings.relative ? 1 : 0) | (settings.levels ? 2 : 0), want, value);
+  }
+
+  push(bytes: Uint8Array): void {
+    const room = this.#exports.unweld_room(bytes.byteLength) >>> 0;
+    new Uint8Array(this.#exports.memory.buffer, room, bytes.byteLength).set(bytes);
+    this.#exports.unweld_push(bytes.byteLength);
+  }
+
+  /** `true` where there was an event, `false` where more bytes are needed, `"fault"` where there is a fault to report. */
+  poll(): boolean | "fault" {
+    const told = this.#exports.unweld_poll();
+    return told === 2 ? "fault" : told === 1;
+  }
+
+  finish(): boolean {
+    return this.#exports.unweld_finish() === 0;
+  }
+
+  /** About how many numbers `take` would return. */
+  waiting(): number {
+    return this.#exports.unweld_waiting() >>> 0;
+  }
+
+  take(): Changes {
+    const at = this.#exports.unweld_take() >>> 0;
+    const memory = this.#exports.memory.buffer;
+    const table = new Uint32Array(memory, at, 24);
+    const floats = (k: number) => new Float32Array(memory, table[k]!, table[k + 1]!).slice();
+    const numbers = (k: number) => new Uint32Array(memory, table[k]!, table[k + 1]!).slice();
+    return {
+      vertices: table[0]!,
+      triangles: table[1]!,
+      firstVertex: table[2]!,
+      firstTriangle: table[3]!,
+      positions: floats(4),
+      from: floats(6),
+      normals: floats(8),
+      moved: numbers(10),
+      movedPositions: floats(12),
+      turned: numbers(14),
+      turnedNormals: floats(16),
+      indices: numbers(18),
+      rewritten: numbers(20),
+      rewrittenIndices: numbers(22),
+    };
+  }
+
+  report(): { type: string }[] {
+    const at = this.#exports.unweld_report() >>> 0;
+    const [address, length] = new Uint32Array(this.#exports.memory.buffer, at, 2);
+    return JSON.parse(new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, address, length)));
+  }
+
+  /** The level reached, or -1. */
+  coarsen(): number {
+    return this.#exports.unweld_coarsen();
+  }
+
+  /** The level reached, or -1. */
+  restore(): number {
+    return this.#exports.unweld_restore();
+  }
+}
+
+const modules = new Map<string, Promise<WebAssembly.Module>>();
+
+async function load(address: string): Promise<WebAssembly.Module> {
+  if (address.startsWith("file:")) {
+    const { readFile } = await import(/* only in Node.js */ "node:fs/promises" as string);
+    return WebAssembly.compile(await readFile(new URL(address)));
+  }
+  const response = await fetch(address);
+  if (!response.ok) throw new Error(`${address}: ${response.status} ${response.statusText}`);
+  // Servers that do not know the type of .wasm are common.
+  const streams = response.headers.get("content-type")?.startsWith("application/wasm");
+  return streams ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
+}
+
+function wanted(until: Until): [want: number, value: number] {
+  if (until.level !== undefined) return [1, until.level];
+  if (until.error !== undefined) return [2, until.error];
+  return until.triangles !== undefined ? [3, until.triangles] : [0, 0];
+}

@@ -1,0 +1,126 @@
+// Workers, shared by meshes; each mesh stays with the one it was given.
+
+import { errorOf, LimitError, type Fault } from "./errors.js";
+import { Session, type Decoding } from "./session.js";
+import type { Delta, Settings } from "./types.js";
+import type { Answer, Call } from "./worker.js";
+
+/** A number of workers, made when they are wanted. */
+export class WorkerPool {
+  /** Most workers; 0 decodes on the calling thread. */
+  limit: number;
+  readonly #url: string | URL | undefined;
+  #workers: Remote[] = [];
+
+  /** `url`: where `worker.js` is, if not beside the script. */
+  constructor(limit: number = usual(), url?: string | URL) {
+    this.limit = limit;
+    this.#url = url;
+  }
+
+  /** A decoder in the worker that has the fewest. */
+  open(settings: Settings): Decoding {
+    if (this.limit < 1 || typeof Worker === "undefined") return new Session(settings);
+    this.#workers = this.#workers.filter((worker) => !worker.dead);
+    let least = this.#workers.reduce<Remote | null>((a, b) => (a && a.load <= b.load ? a : b), null);
+    if (!least || (least.load > 0 && this.#workers.length < this.limit)) {
+      least = new Remote(this.#url);
+      this.#workers.push(least);
+    }
+    return least.open(settings);
+  }
+
+  /** Ends all workers, and with them what they decode. */
+  dispose(): void {
+    for (const worker of this.#workers.splice(0)) worker.end(new Error("the workers have been ended"));
+  }
+}
+
+/** A worker and what it is asked. */
+class Remote {
+  load = 0;
+  dead = false;
+  readonly #worker: Worker;
+  readonly #calls = new Map<number, { resolve: (value: never) => void; reject: (error: unknown) => void }>();
+  #next = 0;
+
+  constructor(url: string | URL | undefined) {
+    this.#worker = started(url);
+    this.#worker.onmessage = ({ data: { call, value, error } }: MessageEvent<Answer>) => {
+      const waiting = this.#calls.get(call);
+      this.#calls.delete(call);
+      if (error) waiting?.reject(revived(error));
+      else waiting?.resolve(value as never);
+    };
+    this.#worker.onerror = (event) => this.end(new Error(`the worker failed: ${event.message ?? "it cannot be loaded"}`));
+  }
+
+  open(settings: Settings): Decoding {
+    const session = ++sessions;
+    const call = <T>(method: Call["method"], argument?: unknown, transfer?: Transferable[]) =>
+      this.#call<T>({ session, call: this.#next++, method, argument }, transfer ?? []);
+    this.load++;
+    const wasm = settings.wasm && String(new URL(settings.wasm, globalThis.document?.baseURI ?? location.href));
+    call("open", wasm ? { ...settings, wasm } : settings).catch(() => {});
+    let open = true;
+    return {
+      push: (bytes) => {
+        // A piece of a larger buffer is copied: the rest of the buffer may be someone's.
+        const own = bytes.byteLength === bytes.buffer.byteLength ? bytes : bytes.slice();
+        return call("push", own, [own.buffer]);
+      },
+      end: (ended) => call("end", ended),
+      restart: () => call("restart"),
+      next: () => call<Delta | null>("next"),
+      show: (level) => call<Delta>("show", level),
+      close: () => {
+        if (!open) return;
+        open = false;
+        this.load--;
+        call("close").catch(() => {});
+      },
+    };
+  }
+
+  end(error: Error): void {
+    this.dead = true;
+    this.#worker.terminate();
+    for (const { reject } of this.#calls.values()) reject(error);
+    this.#calls.clear();
+  }
+
+  #call<T>(message: Call, transfer: Transferable[]): Promise<T> {
+    if (this.dead) return Promise.reject(new Error("the worker has been ended"));
+    return new Promise<T>((resolve, reject) => {
+      this.#calls.set(message.call, { resolve, reject });
+      this.#worker.postMessage(message, transfer);
+    });
+  }
+}
+
+let sessions = 0;
+
+function started(url: string | URL | undefined): Worker {
+  try {
+    return url
+      ? new Worker(url, { type: "module", name: "unweld" })
+      : new Worker(new URL("./worker.js", import.meta.url), { type: "module", name: "unweld" });
+  } catch {
+    // A script of another origin, a CDN's say, cannot be a worker, but a worker may import it.
+    const text = `import ${JSON.stringify(String(url ?? new URL("./worker.js", import.meta.url)))};`;
+    const own = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
+    return new Worker(own, { type: "module", name: "unweld" });
+  }
+}
+
+/** One core is left to the page. */
+function usual(): number {
+  return Math.max(1, Math.min(4, (globalThis.navigator?.hardwareConcurrency ?? 2) - 1));
+}
+
+/** An error as the worker threw it: classes do not come through messages. */
+function revived(error: Record<string, unknown>): Error {
+  if (error.name === "FormatError") return errorOf({ ...(error as unknown as Fault), kind: "format" });
+  if (error.name === "LimitError") return new LimitError(String(error.message));
+  return new Error(String(error.message));
+}

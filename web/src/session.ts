@@ -1,0 +1,259 @@
+// One mesh on its way from bytes to deltas, on whichever thread.
+
+import { errorOf, type Fault } from "./errors.js";
+import { compile, Decoder } from "./module.js";
+import type { Contents, Delta, Level, Metadata, Residue, Settings } from "./types.js";
+
+/** What decodes a mesh: a session on this thread, or one in a worker. */
+export interface Decoding {
+  /** Hands over the next bytes; resolves as soon as there is room for more. */
+  push(bytes: Uint8Array): Promise<void>;
+  /** Says whether more bytes will come; where they do not, for now or for good, `next` does not wait for them. */
+  end(ended: Ended): Promise<void>;
+  /** Forgets all bytes: the file begins anew. */
+  restart(): Promise<void>;
+  /** What has changed, as soon as something has; `null` where nothing more will. */
+  next(): Promise<Delta | null>;
+  /** Shows a level that has been decoded, or with `null` the finest. Until that is shown again, decoding rests. */
+  show(level: number | null): Promise<Delta>;
+  close(): void;
+}
+
+export type Ended = "no" | "for now" | "for good";
+
+export class Session implements Decoding {
+  readonly #settings: Settings;
+  #decoder: Promise<Decoder>;
+  #queue: Uint8Array[] = [];
+  #queued = 0;
+  /** Whether all bytes there are have been decoded. */
+  #dry = true;
+  #ended: Ended = "no";
+  #working = false;
+  /** Levels left by `show`, that shown last. */
+  #lowered: number[] = [];
+  #fault: Error | null = null;
+  #bytes = 0;
+  #contents: Contents | null = null;
+  #level: Level | null = null;
+  #residue: Residue | null = null;
+  #metadata: Metadata | null = null;
+  #complete = false;
+  /** Whether anything has happened since the last delta, and the levels completed since. */
+  #any = false;
+  #levels: Level[] = [];
+  #wake: (() => void)[] = [];
+
+  constructor(settings: Settings) {
+    this.#settings = settings;
+    this.#decoder = this.#new();
+  }
+
+  async push(bytes: Uint8Array): Promise<void> {
+    this.#queue.push(bytes);
+    this.#queued += bytes.byteLength;
+    this.#dry = false;
+    this.#ended = "no";
+    this.#stir();
+    while (this.#queued > MOST_QUEUED) await this.#stirred();
+  }
+
+  async end(ended: Ended): Promise<void> {
+    this.#ended = ended;
+    this.#stir();
+  }
+
+  async restart(): Promise<void> {
+    this.#decoder = this.#new();
+    this.#queue = [];
+    this.#queued = this.#bytes = 0;
+    this.#ended = "no";
+    this.#lowered = [];
+    this.#levels = [];
+    this.#contents = this.#level = this.#residue = this.#metadata = this.#fault = null;
+    this.#complete = this.#any = false;
+    this.#dry = true;
+    this.#stir();
+  }
+
+  async next(): Promise<Delta | null> {
+    for (;;) {
+      const decoder = await this.#decoder;
+      if (this.#lowered.length === 0) {
+        if (this.#any && this.#contents) return this.#delta(decoder);
+        if (this.#fault) throw this.#fault;
+        if (this.#complete) return null;
+        if (this.#dry && this.#ended === "for now") return null;
+        if (this.#dry && this.#ended === "for good") {
+          if (decoder.finish()) return null;
+          this.#note(decoder);
+          continue;
+        }
+      }
+      await this.#stirred();
+    }
+  }
+
+  async show(level: number | null): Promise<Delta> {
+    const decoder = await this.#decoder;
+    const target = level ?? -1;
+    const at = () => this.#lowered[this.#lowered.length - 1] ?? this.#level?.level ?? Infinity;
+    while (at() < target) {
+      const reached = decoder.coarsen();
+      if (reached < 0) break;
+      this.#lowered.push(reached);
+    }
+    while (this.#lowered.length > 0 && at() > target) {
+      decoder.restore();
+      this.#lowered.pop();
+    }
+    this.#stir();
+    return this.#delta(decoder);
+  }
+
+  close(): void {
+    this.#queue = [];
+    this.#queued = 0;
+    this.#dry = true;
+    this.#ended = "for now";
+    this.#stir();
+  }
+
+  #new(): Promise<Decoder> {
+    const decoder = compile(this.#settings.wasm).then((module) => new Decoder(module, this.#settings));
+    decoder.catch(() => {});
+    return decoder;
+  }
+
+  /** Decodes ahead of `next`, a slice at a time, until there is enough for one delta: what comes late to be shown is shown together. */
+  async #work(): Promise<void> {
+    if (this.#working) return;
+    this.#working = true;
+    try {
+      for (;;) {
+        const decoder = await this.#decoder;
+        const rests = this.#dry || this.#complete || this.#fault || this.#lowered.length > 0;
+        if (rests || decoder.waiting() >= MOST_NUMBERS) break;
+        this.#slice(decoder);
+        for (const wake of this.#wake.splice(0)) wake();
+        await breath();
+      }
+    } catch (error) {
+      this.#fault = error as Error;
+    } finally {
+      this.#working = false;
+    }
+    for (const wake of this.#wake.splice(0)) wake();
+  }
+
+  #slice(decoder: Decoder): void {
+    const begin = performance.now();
+    while (decoder.waiting() < MOST_NUMBERS && performance.now() - begin < SLICE) {
+      const told = decoder.poll();
+      if (told) {
+        this.#any = true;
+        this.#note(decoder);
+        if (this.#fault || this.#complete) return;
+        continue;
+      }
+      const bytes = this.#queue.shift();
+      this.#dry = !bytes;
+      if (!bytes) return;
+      decoder.push(bytes);
+      this.#queued -= bytes.byteLength;
+      this.#bytes += bytes.byteLength;
+    }
+  }
+
+  #note(decoder: Decoder): void {
+    for (const report of decoder.report()) {
+      const { type, ...what } = report;
+      if (type === "contents") this.#contents = what as unknown as Contents;
+      else if (type === "level") this.#levels.push((this.#level = what as unknown as Level));
+      else if (type === "residue") this.#residue = what as unknown as Residue;
+      else if (type === "metadata") this.#metadata = what as unknown as Metadata;
+      else if (type === "end") this.#complete = true;
+      else if (type === "fault") this.#fault = errorOf(what as unknown as Fault);
+    }
+  }
+
+  #delta(decoder: Decoder): Delta {
+    const contents = this.#contents;
+    if (!contents) throw new Error("there is no mesh before the table of contents");
+    const changes = decoder.take();
+    const levels = this.#levels.splice(0);
+    this.#any = false;
+    this.#stir();
+    const lowered = this.#lowered[this.#lowered.length - 1];
+    return {
+      vertices: changes.vertices,
+      triangles: changes.triangles,
+      firstVertex: changes.firstVertex,
+      appended: { position: changes.positions, normal: changes.normals },
+      from: changes.from,
+      changed: {
+        position: { vertices: changes.moved, values: changes.movedPositions },
+        normal: { vertices: changes.turned, values: changes.turnedNormals },
+      },
+      firstTriangle: changes.firstTriangle,
+      indices: changes.indices,
+      rewritten: { triangles: changes.rewritten, indices: changes.rewrittenIndices },
+      contents,
+      level: lowered === undefined ? this.#level : (contents.levels[lowered] ?? null),
+      levels,
+      bytes: Math.min(this.#bytes, contents.wanted.end),
+      residue: this.#residue,
+      metadata: this.#metadata,
+      complete: this.#complete,
+    };
+  }
+
+  #stirred(): Promise<void> {
+    return new Promise((resolve) => this.#wake.push(resolve));
+  }
+
+  /** Something is different: whoever waits looks again, and there may be work. */
+  #stir(): void {
+    for (const wake of this.#wake.splice(0)) wake();
+    void this.#work();
+  }
+}
+
+/** The buffers of a delta, which can be transferred. */
+export function buffersOf(delta: Delta): ArrayBuffer[] {
+  const arrays = [
+    ...Object.values(delta.appended),
+    ...Object.values(delta.changed).flatMap(({ vertices, values }) => [vertices, values]),
+    delta.from,
+    delta.indices,
+    delta.rewritten.triangles,
+    delta.rewritten.indices,
+  ];
+  return arrays.map((array) => array.buffer as ArrayBuffer);
+}
+
+/** Bytes that wait to be decoded before no more are read. */
+const MOST_QUEUED = 4 << 20;
+/** Numbers that one delta holds, about: the page takes some milliseconds to apply them. */
+const MOST_NUMBERS = 800_000;
+/** Milliseconds of decoding between two looks at what else is wanted. */
+const SLICE = 8;
+
+/** Lets messages come in: a timer would wait for 4 ms. */
+function breath(): Promise<void> {
+  const { setImmediate } = globalThis as { setImmediate?: (act: () => void) => void };
+  if (setImmediate) return new Promise((resolve) => setImmediate(resolve));
+  return new Promise((resolve) => {
+    breaths.push(resolve);
+    (channel ??= opened()).port1.postMessage(null);
+  });
+}
+
+const breaths: (() => void)[] = [];
+let channel: MessageChannel | null = null;
+
+function opened(): MessageChannel {
+  const channel = new MessageChannel();
+  channel.port2.onmessage = () => breaths.shift()?.();
+  return channel;
+}

@@ -1,0 +1,120 @@
+/** What a file holds, as its header and table of contents tell. */
+export interface Contents {
+  /** Vertices of the finest level, without what the residue holds. */
+  readonly vertices: number;
+  /** Triangles of the finest level, without what the residue holds. */
+  readonly triangles: number;
+  /** Bits a coordinate of the lattice. */
+  readonly bits: number;
+  /** The distance of two lattice points, in the units of the input. */
+  readonly step: number;
+  /** The smallest corner of the bounding box, the origin of the lattice. */
+  readonly min: readonly [number, number, number];
+  /** The largest corner of the bounding box. */
+  readonly max: readonly [number, number, number];
+  /** The levels by number: 0 is the finest, the last is the base. */
+  readonly levels: readonly Level[];
+  /** Where header and table of contents end, in bytes. */
+  readonly tableEnd: number;
+  /** Bytes of the whole file. */
+  readonly fileBytes: number;
+  /** What will be decoded of it; its bytes are the first `end` of the file. */
+  readonly wanted: { readonly level: number; readonly vertices: number; readonly triangles: number; readonly end: number };
+  /** The attributes of a vertex that deltas have. */
+  readonly attributes: readonly { readonly name: string; readonly components: number }[];
+}
+
+/** A level of detail. */
+export interface Level {
+  readonly level: number;
+  readonly vertices: number;
+  readonly triangles: number;
+  /** Largest distance of the input from its surface, in the units of the input. */
+  readonly maxError: number;
+  /** Root mean square distance of the input from its surface, in the units of the input. */
+  readonly rmsError: number;
+  /** The bytes of the file, from the first, that it takes. */
+  readonly end: number;
+}
+
+/** Values of single vertices: `values` has as many numbers for each of `vertices` as the attribute has components. */
+export interface Changed {
+  readonly vertices: Uint32Array;
+  readonly values: Float32Array;
+}
+
+/** What has changed in the mesh since the delta before. Applied in order, deltas keep a copy of it; each copy is a valid mesh. */
+export interface Delta {
+  /** Vertices of the whole mesh now. */
+  readonly vertices: number;
+  /** Triangles of the whole mesh now. */
+  readonly triangles: number;
+  /** The first vertex appended. Where it is 0 everything is new: another level, or the file from its start again. */
+  readonly firstVertex: number;
+  /** By name of the attribute, the values of the vertices appended. */
+  readonly appended: Readonly<Record<string, Float32Array>>;
+  /** Where the vertices appended lay on the surface before: in the middle of the edge that was split. Three numbers a vertex. */
+  readonly from: Float32Array;
+  /** By name of the attribute, values of vertices that were there. */
+  readonly changed: Readonly<Record<string, Changed>>;
+  /** The first triangle appended. */
+  readonly firstTriangle: number;
+  /** Vertices of the triangles appended, three a triangle. */
+  readonly indices: Uint32Array;
+  /** Triangles that were there and have other vertices now, and those. */
+  readonly rewritten: { readonly triangles: Uint32Array; readonly indices: Uint32Array };
+  /** What the file holds. */
+  readonly contents: Contents;
+  /** The finest level that is complete, or `null` before the base is. */
+  readonly level: Level | null;
+  /** The levels that this delta completes. */
+  readonly levels: readonly Level[];
+  /** Bytes of the file decoded so far. */
+  readonly bytes: number;
+  /** What no manifold can hold, once it is part of the mesh. */
+  readonly residue: Residue | null;
+  /** Where the file comes from, once known. */
+  readonly metadata: Metadata | null;
+  /** Whether all that is wanted is there. */
+  readonly complete: boolean;
+}
+
+/** How much the residue adds to the finest level. */
+export interface Residue {
+  readonly triangles: number;
+  readonly vertices: number;
+  readonly groups: number;
+  readonly groupedVertices: number;
+  readonly reversedTriangles: number;
+}
+
+/** Where a file comes from. */
+export interface Metadata {
+  readonly generator: string;
+  readonly source: string;
+  readonly settings: readonly (readonly [string, string])[];
+  readonly dropped: readonly string[];
+  readonly conditioning: readonly (readonly [string, number])[];
+  readonly diagonal: number;
+}
+
+/** How far to decode: all where nothing is said. No byte more than that takes is fetched. */
+export interface Until {
+  /** Down to this level. */
+  level?: number;
+  /** Down to the coarsest level with at most this error, in the units of the input. */
+  error?: number;
+  /** As long as there are at most so many triangles. */
+  triangles?: number;
+}
+
+/** Settings of a decoder. */
+export interface Settings {
+  until?: Until;
+  /** Positions relative to `contents.min`: for meshes far from the origin, which binary32 would blur. */
+  relative?: boolean;
+  /** Whether `show` will be used: it takes some 40 bytes a vertex more. */
+  levels?: boolean;
+  /** Where `unweld.wasm` is, if not beside the script. */
+  wasm?: string | URL;
+}

@@ -1,0 +1,184 @@
+// The viewer: a list of meshes (GET meshes, or ?src=ADDRESS), one of them as it arrives, and how far it is.
+
+import { ConnectionError } from "../errors.js";
+import { UnweldLoader, type RefineEvent, type UnweldGeometry } from "../three.js";
+import type { Delta } from "../types.js";
+import { Stage } from "./stage.js";
+import { Timeline } from "./timeline.js";
+
+const element = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
+const [panel, message, meshes] = [document.querySelector("main")!, element("message"), element<HTMLSelectElement>("meshes")];
+const slider = element<HTMLInputElement>("level");
+const stage = new Stage(element<HTMLCanvasElement>("view"));
+const timeline = new Timeline(element<HTMLCanvasElement>("timeline"));
+const loader = new UnweldLoader();
+loader.relative = loader.levels = loader.morph = true;
+
+let geometry: UnweldGeometry | null = null;
+let current = "";
+/** The level chosen, `null` for whatever is the finest. */
+let chosen: number | null = null;
+let showing = false;
+
+/** For tests and the curious. */
+const state = { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, longestTask: 0, longestApply: 0, drawn: stage.drawn };
+Object.assign(globalThis, { unweld: state });
+if (PerformanceObserver.supportedEntryTypes.includes("longtask")) {
+  new PerformanceObserver((list) => {
+    for (const { duration } of list.getEntries()) state.longestTask = Math.max(state.longestTask, duration);
+  }).observe({ type: "longtask" });
+}
+new PerformanceObserver((list) => {
+  for (const { duration } of list.getEntriesByName("unweld")) state.longestApply = Math.max(state.longestApply, duration);
+}).observe({ type: "measure" });
+
+function load(address: string): void {
+  current = address;
+  loader.abort();
+  [geometry, chosen] = [null, null];
+  Object.assign(state, { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0 });
+  say("");
+  slider.disabled = true;
+  for (const id of ["triangles", "bytes", "error"]) element(id).textContent = "–";
+  timeline.begin();
+  const fail = (error: unknown) => {
+    if (address === current && !(error instanceof DOMException && error.name === "AbortError")) failed(error);
+  };
+  loader.load(
+    address,
+    (loaded) => {
+      if (address !== current) return loaded.dispose();
+      geometry = loaded;
+      stage.show(loaded);
+      refined(loaded.last!);
+      loaded.addEventListener("refine", ({ delta }: RefineEvent) => loaded === geometry && refined(delta));
+      loaded.complete.catch(fail);
+    },
+    undefined,
+    fail,
+  );
+}
+
+function refined(delta: Delta): void {
+  const { contents, level, triangles, bytes } = delta;
+  const total = contents.wanted;
+  const arrived = { bytes, triangles: Math.max(state.triangles, triangles) };
+  Object.assign(state, { ...arrived, total: total.end, complete: delta.complete });
+  if (!state.firstBytes && triangles > 0) state.firstBytes = bytes;
+  element("triangles").textContent = `${triangles.toLocaleString("en")} / ${total.triangles.toLocaleString("en")}`;
+  element("bytes").textContent = `${sizeOf(bytes)} / ${sizeOf(total.end)}`;
+  element("error").textContent = level ? errorOf(level.rmsError, delta) : "–";
+  slider.max = String(contents.levels.length - 1);
+  slider.disabled = false;
+  if (chosen === null && level) slider.value = String(contents.levels.length - 1 - level.level);
+  element("levelName").textContent = level ? `level ${level.level}` : "level";
+  if (chosen === null) timeline.add({ ...arrived, levels: delta.levels.length }, { bytes: total.end, triangles: total.triangles });
+  element("legend").textContent = 
+    chosen === null || delta.complete ? timeline.words(delta.complete) : "a coarser level is shown; decoding rests";
+  arrange();
+}
+
+/** Shows the level that the slider stands at; at what has arrived last, whatever comes. */
+async function show(): Promise<void> {
+  const at = geometry?.contents;
+  if (!at || !geometry) return;
+  const wanted = at.levels.length - 1 - Number(slider.value);
+  chosen = wanted <= (geometry.finest ?? 0) ? null : wanted;
+  if (showing) return;
+  showing = true;
+  try {
+    for (let shown; shown !== chosen; ) await geometry.show((shown = chosen));
+  } finally {
+    showing = false;
+  }
+}
+
+function failed(error: unknown): void {
+  say(error instanceof Error ? error.message : String(error));
+  if (!(error instanceof ConnectionError) || !geometry) return;
+  const again = document.createElement("button");
+  again.textContent = "go on";
+  again.onclick = () => {
+    say("");
+    geometry?.resume().catch(failed);
+  };
+  message.append(" ", again);
+}
+
+function say(text: string): void {
+  message.textContent = text;
+  message.hidden = !text;
+  arrange();
+}
+
+/** The mesh stands in the middle of what the panel leaves. */
+let before = "";
+function arrange(): void {
+  const { right, top, height } = panel.getBoundingClientRect();
+  const insets = innerWidth > 600 ? [innerWidth > 900 ? right : 0, 0] : [0, innerHeight - top || height];
+  if (String(insets) === before) return;
+  before = String(insets);
+  stage.inset(insets[0]!, insets[1]!);
+}
+
+function sizeOf(bytes: number): string {
+  if (bytes < 1000) return `${bytes} B`;
+  return bytes < 1e6 ? `${(bytes / 1e3).toPrecision(3)} kB` : `${(bytes / 1e6).toPrecision(3)} MB`;
+}
+
+function errorOf(error: number, { contents }: Delta): string {
+  const diagonal = Math.hypot(...contents.max.map((x, k) => x - contents.min[k]!));
+  return diagonal > 0 ? `${((100 * error) / diagonal).toPrecision(2)} %` : String(error);
+}
+
+/** What GET meshes tells of a mesh: at least its name; `error` where it cannot be read. */
+interface Listed {
+  name: string;
+  triangles?: number;
+  error?: string;
+}
+
+/** All meshes of the server, or `null` where it tells none. */
+async function listed(): Promise<Listed[] | null> {
+  const list: Listed[] = [];
+  for (let after: string | null = ""; after !== null && list.length < 10_000; ) {
+    const query: string = after ? `?after=${encodeURIComponent(after)}` : "";
+    const response: Response | null = await fetch(`meshes${query}`, { headers: { Accept: "application/json" } }).catch(() => null);
+    if (!response?.ok) return list.length > 0 ? list : null;
+    const page: { meshes: Listed[]; next?: string | null } = await response.json();
+    list.push(...page.meshes);
+    after = page.next ?? null;
+  }
+  return list.filter(({ error }) => !error);
+}
+
+async function begin(): Promise<void> {
+  const source = new URLSearchParams(location.search).get("src");
+  if (source) {
+    element("name").textContent = source.split("/").at(-1) ?? source;
+    return load(source);
+  }
+  const list = await listed();
+  if (!list) return say("There is no list of meshes here. Add ?src=ADDRESS of a .uwm file.");
+  if (list.length === 0) return say("The list of meshes is empty.");
+  const option = ({ name, triangles }: Listed) =>
+    new Option(
+      triangles ? `${name} · ${triangles.toLocaleString("en")}` : name,
+      `meshes/${name.split("/").map(encodeURIComponent).join("/")}`,
+    );
+  meshes.replaceChildren(...list.map(option));
+  meshes.hidden = false;
+  element("name").hidden = true;
+  meshes.onchange = () => load(meshes.value);
+  load(meshes.value);
+}
+
+slider.oninput = () => void show().catch(failed);
+for (const name of ["edges", "flat", "slide"] as const) {
+  const box = element<HTMLInputElement>(name);
+  box.onchange = () => stage[name](box.checked);
+  stage[name](box.checked);
+}
+element("again").onclick = () => current && load(current);
+addEventListener("resize", arrange);
+begin().catch(failed);

@@ -1,0 +1,156 @@
+// The viewer in Chromium: a mesh appears before its last byte, grows to all its triangles, and the page stays fluid.
+// `node tests/browser.mjs [FILE.uwm] [FOLDER FOR PICTURES]`
+
+import assert from "node:assert/strict";
+import { existsSync } from "node:fs";
+import { mkdir, mkdtemp, readFile, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import { basename, join } from "node:path";
+import { fileURLToPath } from "node:url";
+import { decode, WorkerPool } from "../dist/unweld.js";
+import { serve } from "./server.mjs";
+
+const chromium = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(
+  (path) => path && existsSync(path),
+);
+const { chromium: browserType } = await import("playwright-core").catch(() => ({}));
+if (!chromium || !browserType) {
+  console.log(`skipped: ${chromium ? "playwright-core is not installed (cd web && npm ci)" : "there is no Chromium"}`);
+  process.exit(process.env.CI === "true" ? 1 : 0);
+}
+
+const local = (path) => fileURLToPath(new URL(path, import.meta.url));
+const [file = local("../../tests/golden/sphere.uwm"), pictures] = process.argv.slice(2);
+const bytes = await readFile(file);
+const name = basename(file);
+// Two seconds for the whole of it, whatever its size.
+const mesh = { bytes, etag: '"1"', rate: Math.max(200, Math.round(bytes.length / 2)) };
+const list = { bytes: Buffer.from(JSON.stringify({ meshes: [{ name }, { name: "no.uwm", error: "damaged" }], next: null })) };
+const sphere = await readFile(local("../../tests/golden/sphere.uwm"));
+const bad = Buffer.from(sphere);
+const { value: first } = await decode(sphere, { pool: new WorkerPool(0) }).next();
+bad[first.contents.levels[3].end] ^= 1;
+const plain = Object.fromEntries(["sphere", "again", "once"].map((name) => [`/${name}.uwm`, { bytes: sphere, etag: '"1"' }]));
+const files = {
+  ...plain,
+  [`/meshes/${name}`]: mesh,
+  "/meshes": list,
+  "/bad.uwm": { bytes: bad },
+  "/slow.uwm": { bytes: sphere, rate: 100 },
+  "/breaks.uwm": { bytes: sphere, etag: '"1"', breakAfter: 700 },
+};
+const server = await serve(files, local("../dist"));
+const profile = await mkdtemp(join(tmpdir(), "unweld-browser-"));
+const context = await browserType.launchPersistentContext(profile, {
+  executablePath: chromium,
+  viewport: { width: 1280, height: 800 },
+  args: ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"].concat([
+    "--disable-component-update",
+    "--disable-sync",
+    "--disable-gpu",
+    "--enable-unsafe-swiftshader",
+  ]),
+});
+
+try {
+  if (pictures) await mkdir(pictures, { recursive: true });
+  const shoot = (page, what) => pictures && page.screenshot({ path: join(pictures, `${what}.png`) });
+  const open = async (size, address) => {
+    const page = await context.newPage();
+    const faults = [];
+    page.on("pageerror", (error) => faults.push(error));
+    page.on("console", (told) => told.type() === "error" && faults.push(told.text()));
+    await page.setViewportSize(size);
+    await page.goto(`${server.url}/${address}`);
+    return { page, faults };
+  };
+  const state = (page) => page.evaluate(() => ({ ...globalThis.unweld, drawn: { ...globalThis.unweld.drawn } }));
+
+  const wide = await open({ width: 1280, height: 800 }, "");
+  await wide.page.waitForFunction(() => globalThis.unweld.triangles > 0);
+  const early = await state(wide.page);
+  assert.ok(early.bytes < early.total, `the first triangles were there after ${early.bytes} of ${early.total} bytes`);
+  await shoot(wide.page, "wide-early");
+  await wide.page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  await wide.page.waitForTimeout(600);
+  const late = await state(wide.page);
+  await shoot(wide.page, "wide-late");
+  const shown = await wide.page.textContent("#triangles");
+  assert.ok(late.triangles >= early.triangles && late.bytes === late.total);
+  if (name === "sphere.uwm") assert.equal(shown, "80 / 80", "the sphere has 80 triangles");
+  await wide.page.check("#edges");
+  await wide.page.fill("#level", await wide.page.evaluate(() => String(Math.floor(document.getElementById("level").max / 2))));
+  await wide.page.waitForFunction((most) => parseInt(document.getElementById("triangles").textContent.replaceAll(",", "")) < most, late.triangles);
+  await wide.page.waitForTimeout(600);
+  await shoot(wide.page, "wide-coarse");
+  assert.deepEqual(wide.faults, []);
+
+  const narrow = await open({ width: 390, height: 844 }, `?src=meshes/${name}`);
+  await narrow.page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  await narrow.page.waitForTimeout(600);
+  const overflow = await narrow.page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+  assert.ok(overflow <= 0, "nothing is wider than a phone");
+  await shoot(narrow.page, "narrow-late");
+  assert.deepEqual(narrow.faults, []);
+
+  const lost = await open({ width: 1280, height: 800 }, "?src=meshes/no.uwm");
+  await lost.page.waitForFunction(() => document.getElementById("message").textContent.includes("404"));
+
+  await loader(await context.newPage());
+
+  console.log(
+    `${name}: first triangles after ${early.firstBytes} of ${early.total} bytes, ${late.triangles} in the end; ` +
+      `${late.drawn.count} pictures; longest task ${Math.round(late.longestTask)} ms (0: none above 50), ` +
+      `longest change of the geometry ${late.longestApply.toFixed(1)} ms`,
+  );
+} finally {
+  await context.close();
+  server.close();
+  await rm(profile, { recursive: true, force: true });
+}
+
+/** The loader, in a page of three.js. */
+async function loader(page) {
+  const three = (name) => ({ path: local(`../node_modules/three/build/${name}`), contentType: "text/javascript" });
+  for (const name of ["three.module.js", "three.core.js"]) await page.route(`**/${name}`, (route) => route.fulfill(three(name)));
+  const html = `<script type="importmap">{ "imports": { "three": "/three.module.js" } }</script>`;
+  await page.route("**/page.html", (route) => route.fulfill({ body: html, contentType: "text/html" }));
+  await page.goto(`${server.url}/page.html`);
+  const told = await page.evaluate(async () => {
+    const { UnweldLoader } = await import("/three.js");
+    const { decode } = await import("/unweld.js");
+    const loader = new UnweldLoader().setWorkerLimit(2);
+    const counts = await Promise.all(
+      ["sphere", "again", "once"].map(async (name) => {
+        const geometry = await loader.loadAsync(`${name}.uwm`);
+        await geometry.complete;
+        const { position, normal } = geometry.attributes;
+        const used = Array.from(geometry.index.array.subarray(0, geometry.drawRange.count));
+        const far = Math.max(...used.map((v) => Math.hypot(...position.array.subarray(3 * v, 3 * v + 3))));
+        const inside = geometry.boundingSphere.radius >= far - 1e-3;
+        const unit = used.every((v) => Math.abs(Math.hypot(...normal.array.subarray(3 * v, 3 * v + 3)) - 1) < 1e-4);
+        return [geometry.drawRange.count, new Set(used).size, inside, unit];
+      }),
+    );
+    const bad = await loader.loadAsync("bad.uwm").then((geometry) => geometry.complete).catch((error) => error);
+    const gone = await loader.loadAsync("gone.uwm").catch((error) => error);
+    const controller = new AbortController();
+    const slow = loader.setSignal(controller.signal).loadAsync("slow.uwm").catch((error) => error);
+    controller.abort(new Error("enough"));
+    let last;
+    for await (const delta of decode("breaks.uwm")) last = delta;
+    return {
+      counts,
+      bad: [bad.name, bad.section, typeof bad.atom?.index, bad.message],
+      gone: gone.status,
+      slow: (await slow).message,
+      broken: [last.triangles, last.complete],
+    };
+  });
+  const sound = [240, 42, true, true];
+  assert.deepEqual(told.counts, [sound, sound, sound]);
+  assert.deepEqual(told.bad.slice(0, 3), ["FormatError", "3.4", "number"]);
+  assert.match(told.bad[3], /^byte \d+: atom \d+/);
+  assert.deepEqual([told.gone, told.slow, told.broken], [404, "enough", [80, true]]);
+  assert.equal(page.workers().length, 3, "two of the loader, one that others share");
+}

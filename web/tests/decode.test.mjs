@@ -1,0 +1,241 @@
+// The package in Node.js: deltas, faults, connections that break. `node --test web/tests`
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { test as run } from "node:test";
+import { ConnectionError, decode, FormatError, HttpError, WorkerPool } from "../dist/unweld.js";
+import { Mirror } from "./mirror.mjs";
+import { serve } from "./server.mjs";
+
+const golden = (name) => readFile(new URL(`../../tests/golden/${name}.uwm`, import.meta.url));
+const [sphere, torus] = (await Promise.all([golden("sphere"), golden("torus")])).map((bytes) => new Uint8Array(bytes));
+const pool = new WorkerPool(0);
+const test = (name, act) => run(name, { timeout: 60_000 }, act);
+
+async function mirrorOf(input, options = {}) {
+  const mirror = new Mirror();
+  for await (const delta of decode(input, { pool, ...options })) mirror.apply(delta);
+  return mirror;
+}
+
+/** Bytes of the sphere that leave some of it out. */
+const most = (await mirrorOf(sphere)).last.contents.levels[1].end;
+
+async function* pieces(bytes, size) {
+  for (let at = 0; at < bytes.length; at += size) {
+    yield bytes.slice(at, at + size);
+    await new Promise((resolve) => setTimeout(resolve, 0));
+  }
+}
+
+async function within(files, act) {
+  const server = await serve(files);
+  try {
+    return await act(server);
+  } finally {
+    server.close();
+  }
+}
+
+test("an icosphere of 80 triangles arrives whole, with all levels in order", async () => {
+  const mirror = await mirrorOf(sphere);
+  assert.deepEqual([mirror.vertices, mirror.triangles], [42, 80]);
+  const { contents, complete, bytes } = mirror.last;
+  assert.equal(complete, true);
+  assert.equal(bytes, contents.wanted.end);
+  const count = contents.levels.length;
+  assert.deepEqual(mirror.levels.map(({ level }) => level), Array.from({ length: count }, (_, k) => count - 1 - k));
+  assert.match(mirror.last.metadata.generator, /unweld/);
+});
+
+test("the size of the pieces does not matter", async () => {
+  for (const bytes of [sphere, torus]) {
+    const whole = await mirrorOf(bytes);
+    for (const size of [1, 7, 100]) {
+      const mirror = await mirrorOf(pieces(bytes, size));
+      assert.deepEqual([mirror.triangles, mirror.exact()], [whole.triangles, whole.exact()]);
+      assert.deepEqual(mirror.normal.subarray(0, 3 * mirror.vertices), whole.normal.subarray(0, 3 * whole.vertices));
+    }
+  }
+});
+
+test("normals are those of the triangles at every delta", async () => {
+  const mirror = new Mirror();
+  let deltas = 0;
+  for await (const delta of decode(pieces(sphere, 1), { pool })) {
+    mirror.apply(delta);
+    deltas++;
+    const anew = mirror.normalsAnew();
+    for (let v = 0; v < mirror.vertices; v++) {
+      const [n, m] = [mirror.normal, anew].map((array) => array.subarray(3 * v, 3 * v + 3));
+      const length = Math.hypot(...m);
+      for (let k = 0; k < 3; k++) assert.ok(Math.abs(n[k] - m[k] / length) < 1e-4, `vertex ${v} of ${mirror.vertices}`);
+    }
+  }
+  assert.ok(deltas > 12, "one for each level at least");
+});
+
+test("new vertices come from the middle of two others that were there", async () => {
+  const mirror = new Mirror();
+  let seen = 0;
+  for await (const delta of decode(pieces(sphere, 1), { pool })) {
+    const before = mirror.position.slice(0, 3 * mirror.vertices);
+    const old = Array.from({ length: mirror.vertices }, (_, v) => [...before.subarray(3 * v, 3 * v + 3)]);
+    mirror.apply(delta);
+    if (delta.firstVertex === 0 || delta.vertices !== delta.firstVertex + 1 || delta.changed.position.vertices.length) continue;
+    const near = (a, b) => a.every((x, k) => Math.abs(x - b[k]) < 1e-5);
+    const middles = old.flatMap((a, i) => old.slice(0, i).map((b) => a.map((x, k) => (x + b[k]) / 2)));
+    assert.ok(middles.some((middle) => near(middle, [...delta.from])));
+    seen++;
+  }
+  assert.ok(seen > 0);
+});
+
+test("relative positions differ by the smallest corner", async () => {
+  const [mirror, relative] = [await mirrorOf(sphere), await mirrorOf(sphere, { relative: true })];
+  const { min } = mirror.last.contents;
+  for (let k = 0; k < 3 * mirror.vertices; k++) {
+    assert.ok(Math.abs(mirror.position[k] - relative.position[k] - min[k % 3]) < 1e-6);
+  }
+});
+
+test("a changed byte is told with its atom, and the mesh before it stays", async () => {
+  const { contents } = (await mirrorOf(sphere)).last;
+  const from = contents.levels[3].end; // The atoms of level 2 begin here.
+  const bad = sphere.slice();
+  bad[from] ^= 1;
+  const mirror = new Mirror();
+  const error = await (async () => {
+    for await (const delta of decode(bad, { pool })) mirror.apply(delta);
+  })().catch((error) => error);
+  assert.ok(error instanceof FormatError);
+  assert.deepEqual([error.offset, error.atom.level], [from, 2]);
+  assert.match(error.message, new RegExp(`atom ${error.atom.index} \\(\\w+, level 2\\)`, "i"));
+  assert.equal(mirror.last.level.level, 3);
+  assert.equal(mirror.triangles, contents.levels[3].triangles);
+});
+
+test("what is no .uwm file, or ends early, is refused", async () => {
+  await assert.rejects(mirrorOf(new TextEncoder().encode("ply\nformat ascii 1.0\n")), /not a \.uwm file/);
+  await assert.rejects(mirrorOf(new Uint8Array(0)), FormatError);
+  await assert.rejects(mirrorOf(sphere.slice(0, 60)), FormatError);
+  await assert.rejects(mirrorOf(sphere.slice(0, 400)), FormatError);
+});
+
+test("no more is decoded than is wanted", async () => {
+  const { contents } = (await mirrorOf(sphere)).last;
+  const mirror = await mirrorOf(sphere, { until: { level: 5 } });
+  assert.equal(mirror.triangles, contents.levels[5].triangles);
+  assert.equal(mirror.last.bytes, contents.levels[5].end);
+  const few = await mirrorOf(sphere, { until: { triangles: 40 } });
+  assert.ok(few.triangles <= 40 && few.triangles > 30);
+  const error = contents.levels[4].maxError;
+  assert.ok((await mirrorOf(sphere, { until: { error } })).last.level.maxError <= error);
+});
+
+test("levels can be shown again", async () => {
+  const [mirror, stream] = [new Mirror(), decode(torus, { pool, levels: true })];
+  for await (const delta of stream) mirror.apply(delta);
+  const [triangles, exact] = [mirror.triangles, mirror.exact()];
+  for (const { level, triangles } of [...mirror.last.contents.levels].reverse()) {
+    if (level === 0) continue;
+    mirror.apply(await stream.show(level));
+    assert.deepEqual([mirror.triangles, mirror.last.level.level], [triangles, level]);
+  }
+  mirror.apply(await stream.show(null));
+  assert.deepEqual([mirror.triangles, mirror.exact()], [triangles, exact]);
+  stream.close();
+});
+
+test("a coarser level while the file arrives", async () => {
+  const [mirror, stream] = [new Mirror(), decode(pieces(sphere, 1), { pool, levels: true })];
+  let shown = false;
+  for await (const delta of stream) {
+    mirror.apply(delta);
+    if (!shown && delta.level?.level === 4) {
+      shown = true;
+      mirror.apply(await stream.show(8));
+      assert.equal(mirror.triangles, mirror.last.contents.levels[8].triangles);
+      mirror.apply(await stream.show(null));
+    }
+  }
+  assert.ok(shown);
+  assert.equal(mirror.exact(), (await mirrorOf(sphere)).exact());
+  stream.close();
+});
+
+test("connections that break are taken up where they broke", async () => {
+  const files = { "/mesh.uwm": { bytes: sphere, etag: '"1"', breakAfter: 300 } };
+  await within(files, async ({ url, requests }) => {
+    const mirror = await mirrorOf(`${url}/mesh.uwm`);
+    assert.equal(mirror.exact(), (await mirrorOf(sphere)).exact());
+    const ranges = requests.map(({ headers }) => headers.range);
+    assert.deepEqual(ranges.slice(0, 3), [undefined, "bytes=300-", "bytes=600-"]);
+    assert.ok(requests.slice(1).every(({ headers }) => headers["if-range"] === '"1"'));
+  });
+});
+
+test("a server without ranges sends the file again, and what is known is skipped", async () => {
+  const file = { bytes: sphere, etag: '"1"', breakAfter: most, ranges: false, onBreak: (file) => (file.breakAfter = undefined) };
+  await within({ "/mesh.uwm": file }, async ({ url }) => {
+    const mirror = await mirrorOf(fetch(`${url}/mesh.uwm`));
+    assert.equal(mirror.exact(), (await mirrorOf(sphere)).exact());
+  });
+});
+
+test("a file that has become another one begins anew", async () => {
+  const file = { bytes: sphere, etag: '"1"', breakAfter: most };
+  file.onBreak = () => Object.assign(file, { bytes: torus, etag: '"2"', breakAfter: undefined });
+  await within({ "/mesh.uwm": file }, async ({ url, requests }) => {
+    const mirror = await mirrorOf(`${url}/mesh.uwm`);
+    assert.equal(requests[1].headers.range, `bytes=${most}-`);
+    assert.equal(mirror.exact(), (await mirrorOf(torus)).exact());
+  });
+});
+
+test("after a connection error the mesh stands, and iterating goes on", async () => {
+  const file = { bytes: sphere, etag: '"1"', breakAfter: most };
+  await within({ "/mesh.uwm": file }, async ({ url }) => {
+    const [mirror, stream] = [new Mirror(), decode(`${url}/mesh.uwm`, { pool, retries: 0 })];
+    const follow = async () => {
+      for await (const delta of stream) mirror.apply(delta);
+    };
+    const error = await follow().catch((error) => error);
+    assert.ok(error instanceof ConnectionError);
+    assert.equal(error.received, most);
+    assert.ok(mirror.triangles > 0 && mirror.triangles < 80);
+    file.breakAfter = undefined;
+    await follow();
+    assert.equal(mirror.triangles, 80);
+  });
+});
+
+test("what the server refuses is told at once", async () => {
+  await within({ "/gone": { status: 404 } }, async ({ url, requests }) => {
+    await assert.rejects(mirrorOf(`${url}/gone`), (error) => error instanceof HttpError && error.status === 404);
+    assert.equal(requests.length, 1);
+  });
+});
+
+test("a signal ends the stream with its reason", async () => {
+  await within({ "/mesh.uwm": { bytes: sphere, rate: 2000 } }, async ({ url }) => {
+    const [controller, mirror] = [new AbortController(), new Mirror()];
+    const reason = new Error("enough");
+    const follow = async () => {
+      for await (const delta of decode(`${url}/mesh.uwm`, { pool, signal: controller.signal })) {
+        mirror.apply(delta);
+        controller.abort(reason);
+      }
+    };
+    await assert.rejects(follow(), reason);
+    assert.ok(mirror.last && !mirror.last.complete);
+  });
+});
+
+test("a server that says there is nothing behind what was received has another file", async () => {
+  const file = { bytes: sphere, etag: '"1"', breakAfter: most };
+  file.onBreak = () => Object.assign(file, { bytes: torus, etag: '"2"', breakAfter: undefined, short: true });
+  await within({ "/mesh.uwm": file }, async ({ url }) => {
+    assert.equal((await mirrorOf(`${url}/mesh.uwm`)).exact(), (await mirrorOf(torus)).exact());
+  });
+});

@@ -1,0 +1,21 @@
+// Decodes files with the WebAssembly module and prints what web/wasm/examples/digest.rs prints, with its own time.
+
+import { readFile } from "node:fs/promises";
+import { basename } from "node:path";
+import { decode, WorkerPool } from "../dist/unweld.js";
+import { Mirror } from "./mirror.mjs";
+
+const pool = new WorkerPool(0);
+for (const path of process.argv.slice(2)) {
+  const bytes = new Uint8Array(await readFile(path));
+  const deltas = [];
+  const begin = performance.now();
+  for await (const delta of decode(bytes, { pool })) deltas.push(delta);
+  const time = Math.round(performance.now() - begin);
+  const mirror = new Mirror();
+  for (const delta of deltas) mirror.apply(delta);
+  const { residue } = mirror.last;
+  const plain = !residue || !Object.values(residue).some((count) => count > 0);
+  const words = [basename(path), mirror.triangles, mirror.sum(), plain ? mirror.exact() : "-", `${time} ms,`, mirror.vertices];
+  console.log(words.join(" "), "vertices");
+}

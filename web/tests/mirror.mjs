@@ -1,0 +1,93 @@
+// A copy of a mesh that deltas are applied to, checked at each of them.
+
+import assert from "node:assert/strict";
+
+export class Mirror {
+  position = new Float32Array(0);
+  normal = new Float32Array(0);
+  indices = new Uint32Array(0);
+  vertices = 0;
+  triangles = 0;
+  last = null;
+  levels = [];
+
+  apply(delta) {
+    const { vertices, triangles, firstVertex, firstTriangle } = delta;
+    const all = firstVertex === 0;
+    assert.ok(all || firstVertex === this.vertices, "vertices are appended to those there were");
+    assert.ok(all || firstTriangle === this.triangles, "triangles are appended to those there were");
+    for (const name of ["position", "normal"]) {
+      assert.equal(delta.appended[name].length, 3 * (vertices - firstVertex));
+      const array = grown(this[name], 3 * vertices);
+      array.set(delta.appended[name], 3 * firstVertex);
+      const { vertices: places, values } = delta.changed[name];
+      places.forEach((v, k) => {
+        assert.ok(v < firstVertex, "what changes was there");
+        array.set(values.subarray(3 * k, 3 * k + 3), 3 * v);
+      });
+      this[name] = array;
+    }
+    assert.equal(delta.from.length, 3 * (vertices - firstVertex));
+    assert.equal(delta.indices.length, 3 * (triangles - firstTriangle));
+    this.indices = grown(this.indices, 3 * triangles);
+    this.indices.set(delta.indices, 3 * firstTriangle);
+    delta.rewritten.triangles.forEach((t, k) => {
+      assert.ok(t < firstTriangle, "what is rewritten was there");
+      this.indices.set(delta.rewritten.indices.subarray(3 * k, 3 * k + 3), 3 * t);
+    });
+    Object.assign(this, { vertices, triangles, last: delta });
+    this.levels.push(...delta.levels);
+    assert.ok(this.indices.subarray(0, 3 * triangles).every((v) => v < vertices), "each triangle has its vertices");
+  }
+
+  /** Digest of the triangles as positions, in any order. */
+  sum() {
+    const bits = new Uint32Array(this.position.buffer, 0, 3 * this.vertices);
+    let sum = 0;
+    for (let t = 0; t < this.triangles; t++) {
+      const corners = [0, 1, 2].map((k) => [...bits.subarray(3 * this.indices[3 * t + k]).subarray(0, 3)]);
+      const turned = [0, 1, 2].map((k) => [...corners[k], ...corners[(k + 1) % 3], ...corners[(k + 2) % 3]]);
+      sum = (sum + digest(turned.reduce((a, b) => (less(b, a) ? b : a)))) >>> 0;
+    }
+    return hex(sum);
+  }
+
+  /** Digest of the arrays in their order. */
+  exact() {
+    return hex(digest(this.indices.subarray(0, 3 * this.triangles), digest(new Uint32Array(this.position.buffer, 0, 3 * this.vertices))));
+  }
+
+  /** The mean of the normals of each vertex's triangles, weighted by area, worked out from the arrays alone. */
+  normalsAnew() {
+    const sums = new Float64Array(3 * this.vertices);
+    const p = this.position;
+    for (let t = 0; t < this.triangles; t++) {
+      const [a, b, c] = this.indices.subarray(3 * t, 3 * t + 3);
+      const [u, v] = [b, c].map((x) => [0, 1, 2].map((k) => p[3 * x + k] - p[3 * a + k]));
+      const cross = [u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]];
+      for (const x of [a, b, c]) for (let k = 0; k < 3; k++) sums[3 * x + k] += cross[k];
+    }
+    return sums;
+  }
+}
+
+function grown(array, length) {
+  if (array.length >= length) return array;
+  const larger = new array.constructor(Math.max(length, 2 * array.length));
+  larger.set(array);
+  return larger;
+}
+
+function digest(numbers, hash = 0x811c9dc5) {
+  for (const number of numbers) hash = Math.imul(hash ^ number, 0x01000193);
+  return hash >>> 0;
+}
+
+function less(a, b) {
+  const k = a.findIndex((x, k) => x !== b[k]);
+  return k >= 0 && a[k] < b[k];
+}
+
+function hex(number) {
+  return number.toString(16).padStart(8, "0");
+}

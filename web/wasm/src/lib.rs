@@ -1,0 +1,148 @@
+//! The exports of the WebAssembly module: one decoder an instance, addresses and lengths of its arrays.
+//!
+//! Each function is a call of [`Client`]. Addresses are told, never taken: the page writes into what [`unweld_room`] gives it and
+//! reads what the others point to, until the next call. So there is no unsafe block here. The one unsafe thing is that symbols
+//! are exported under fixed names: they would clash with symbols of the same name, and nothing else in the module is called
+//! `unweld_…`, since Rust mangles what is not exported.
+
+use std::cell::RefCell;
+use unweld::container::Want;
+use unweld::wasm::{Changes, Client, Settings};
+
+/// What one instance of the module holds.
+struct Instance {
+    client: Client,
+    input: Vec<u8>,
+    changes: Changes,
+    text: String,
+    /// What [`unweld_take`] and [`unweld_report`] point to.
+    table: [u32; 32],
+}
+
+thread_local! {
+    static INSTANCE: RefCell<Instance> = RefCell::new(Instance::new(Settings::default()));
+}
+
+/// Begins anew. `flags`: 1 for positions relative to the lattice's origin, 2 for [`unweld_coarsen`]. `want`: 0 all, 1 level `value`,
+/// 2 an error of at most `value`, 3 at most `value` triangles.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_new(flags: u32, want: u32, value: f64) {
+    let want = match want {
+        1 => Want::Level(value as u32),
+        2 => Want::MaxError(value),
+        3 => Want::MaxTriangles(value as u32),
+        _ => Want::All,
+    };
+    let settings = Settings { want, relative: flags & 1 != 0, undo: flags & 2 != 0 };
+    with(|instance| *instance = Instance::new(settings));
+}
+
+/// The address of room for `length` bytes of input.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_room(length: u32) -> u32 {
+    with(|instance| {
+        instance.input.resize(length as usize, 0);
+        instance.input.as_mut_ptr().expose_provenance() as u32
+    })
+}
+
+/// Hands over the first `length` bytes of the room.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_push(length: u32) {
+    with(|instance| {
+        let input = std::hint::black_box(&instance.input);
+        instance.client.push(input.get(..length as usize).unwrap_or(input));
+    });
+}
+
+/// Decodes up to the next event: 0 where more bytes are needed, 1 where there was one, 2 where there is a fault.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_poll() -> u32 {
+    with(|instance| match instance.client.poll() {
+        Ok(event) => u32::from(event),
+        Err(_) => 2,
+    })
+}
+
+/// Says that no more bytes will come: 0 where that is well, 2 where there is a fault.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_finish() -> u32 {
+    with(|instance| if instance.client.finish().is_ok() { 0 } else { 2 })
+}
+
+/// About how many numbers have changed.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_waiting() -> u32 {
+    with(|instance| u32::try_from(instance.client.waiting()).unwrap_or(u32::MAX))
+}
+
+/// What has changed: the address of vertices, triangles, first vertex appended, first triangle appended, and then address and length
+/// of positions, from, normals, moved, moved positions, turned, turned normals, indices, rewritten, rewritten indices.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_take() -> u32 {
+    with(|instance| {
+        instance.changes = Changes::default();
+        instance.changes = instance.client.take();
+        let c = &instance.changes;
+        let mut table = vec![c.counts[0], c.counts[1], c.first_vertex, c.first_triangle];
+        table.extend([&c.positions, &c.from, &c.normals].into_iter().flat_map(place));
+        table.extend(
+            [place(&c.moved), place(&c.moved_positions), place(&c.turned), place(&c.turned_normals)].concat(),
+        );
+        table.extend([place(&c.indices), place(&c.rewritten), place(&c.rewritten_indices)].concat());
+        instance.tell(&table)
+    })
+}
+
+/// What has happened, as JSON: the address of address and length of the text in UTF-8.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_report() -> u32 {
+    with(|instance| {
+        instance.text = instance.client.report();
+        let [address, length] = [instance.text.as_ptr().expose_provenance(), instance.text.len()];
+        instance.tell(&[address as u32, length as u32])
+    })
+}
+
+/// One level down: the level reached, or -1.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_coarsen() -> i32 {
+    with(|instance| level(instance.client.coarsen()))
+}
+
+/// One level up again: the level reached, or -1.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_restore() -> i32 {
+    with(|instance| level(instance.client.restore()))
+}
+
+impl Instance {
+    fn new(settings: Settings) -> Self {
+        Self {
+            client: Client::new(settings),
+            input: Vec::new(),
+            changes: Changes::default(),
+            text: String::new(),
+            table: [0; 32],
+        }
+    }
+
+    fn tell(&mut self, numbers: &[u32]) -> u32 {
+        for (place, &number) in self.table.iter_mut().zip(numbers) {
+            *place = number;
+        }
+        self.table.as_ptr().expose_provenance() as u32
+    }
+}
+
+fn with<T>(act: impl FnOnce(&mut Instance) -> T) -> T {
+    INSTANCE.with_borrow_mut(act)
+}
+
+fn place<T>(array: &Vec<T>) -> [u32; 2] {
+    [array.as_ptr().expose_provenance() as u32, array.len() as u32]
+}
+
+fn level(outcome: unweld::Result<Option<u32>>) -> i32 {
+    outcome.ok().flatten().and_then(|level| i32::try_from(level).ok()).unwrap_or(-1)
+}

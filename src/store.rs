@@ -53,6 +53,8 @@ pub struct Version {
 #[derive(Clone, Debug)]
 pub struct Store {
     inner: Arc<dyn ObjectStore>,
+    /// The same, where it is a folder: its files are opened here.
+    folder: Option<Arc<LocalFileSystem>>,
     prefix: Path,
     retries: Counter,
 }
@@ -86,12 +88,13 @@ impl Store {
         }
         let folder =
             LocalFileSystem::new_with_prefix(location).map_err(|e| Error::Parameter(e.to_string()))?;
-        Ok(Self::over(Arc::new(folder)))
+        let folder = Arc::new(folder);
+        Ok(Self { folder: Some(folder.clone()), ..Self::over(folder) })
     }
 
     /// The meshes of any object store.
     pub fn over(inner: Arc<dyn ObjectStore>) -> Self {
-        Self { inner, prefix: Path::default(), retries: Counter::default() }
+        Self { inner, folder: None, prefix: Path::default(), retries: Counter::default() }
     }
 
     fn of_url(location: &str) -> Result<Self> {
@@ -105,7 +108,7 @@ impl Store {
             std::env::vars_os().filter_map(|(k, v)| Some((k.into_string().ok()?, v.into_string().ok()?)));
         let (inner, prefix) =
             object_store::parse_url_opts(&url, variables).map_err(|e| refuse(e.to_string()))?;
-        Ok(Self { inner: inner.into(), prefix, retries: Counter::default() })
+        Ok(Self { prefix, ..Self::over(inner.into()) })
     }
 
     /// Opens the mesh of this name, which [`check_name`] has accepted.
@@ -114,7 +117,11 @@ impl Store {
     /// [`Fault`]; [`Fault::Absent`] also for a name that cannot be.
     pub async fn object(&self, name: &str) -> Result<Object, Fault> {
         let path = self.path(name)?;
-        // A remote object is only asked about; a file comes open all the same.
+        if let Some(folder) = &self.folder {
+            let path = folder.path_to_filesystem(&path).map_err(|_| Fault::Absent)?;
+            return file::open(&path);
+        }
+        // It is only asked about: its bytes come when they are wanted.
         let ask = || self.get(&path, GetOptions { head: true, ..GetOptions::default() });
         let got = self.patiently(ask).await?;
         let version = version(&got.meta);

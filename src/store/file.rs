@@ -1,12 +1,57 @@
-//! Reading a file of which something may be in memory already.
+//! Files of a folder: opened at once, as that seldom has to wait for a disk, and read at once as far as they are in memory.
 
-use std::fs::File;
+use std::fs::{File, Metadata, OpenOptions};
 use std::io;
+use std::path::Path;
 use std::sync::Arc;
 
 use bytes::Bytes;
 
-use super::{Fault, Version};
+use super::{Fault, Object, Source, Version};
+
+/// Opens a file. Its tag is made of what changes whenever another takes its place.
+///
+/// # Errors
+/// [`Fault`]; [`Fault::Absent`] also for what is there, but no file.
+pub fn open(path: &Path) -> Result<Object, Fault> {
+    let mut options = OpenOptions::new();
+    options.read(true);
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::OpenOptionsExt;
+        // A pipe that nobody writes to would hold up the opening; of files this changes nothing.
+        options.custom_flags(rustix::fs::OFlags::NONBLOCK.bits() as i32);
+    }
+    let fault = |e: io::Error| match e.kind() {
+        io::ErrorKind::NotFound | io::ErrorKind::NotADirectory | io::ErrorKind::InvalidFilename => {
+            Fault::Absent
+        }
+        io::ErrorKind::PermissionDenied => Fault::Refused(e.to_string()),
+        _ => Fault::Unavailable(e.to_string()),
+    };
+    let file = options.open(path).map_err(fault)?;
+    let about = file.metadata().map_err(fault)?;
+    if !about.is_file() {
+        return Err(Fault::Absent);
+    }
+    let modified = about.modified().map_err(fault)?;
+    let tag = format!("{:x}-{:x}-{:x}", number(&about), micros(modified).unwrap_or(0), about.len());
+    Ok(Object {
+        version: Version { tag, bytes: about.len(), modified },
+        source: Source::File(Arc::new(file)),
+    })
+}
+
+/// Another one for every file that is there at a time, where the system has such numbers.
+#[cfg(unix)]
+fn number(about: &Metadata) -> u64 {
+    std::os::unix::fs::MetadataExt::ino(about)
+}
+
+#[cfg(not(unix))]
+fn number(_: &Metadata) -> u64 {
+    0
+}
 
 /// Up to `length` bytes at `offset`, at least one.
 ///

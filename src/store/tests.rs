@@ -44,7 +44,16 @@ fn a_folder_and_its_versions() {
         assert_eq!(store.names("", 9).await, Ok((vec![name.to_owned()], false)));
         assert_eq!(store.names(name, 9).await, Ok((vec![], false)));
         assert_eq!(store.object("other.uwm").await.unwrap_err(), Fault::Absent);
-        assert_eq!(store.object("sub").await.map(|o| o.version.bytes).is_err(), true);
+        std::fs::create_dir(folder.path().join("folder.uwm")).unwrap();
+        assert_eq!(store.object("folder.uwm").await.unwrap_err(), Fault::Absent);
+        assert_eq!(store.object(&("x".repeat(300) + ".uwm")).await.unwrap_err(), Fault::Absent);
+        #[cfg(unix)]
+        {
+            // A pipe that nobody writes to does not hold it up.
+            let pipe = folder.path().join("pipe.uwm");
+            assert!(std::process::Command::new("mkfifo").arg(pipe).status().unwrap().success());
+            assert_eq!(store.object("pipe.uwm").await.unwrap_err(), Fault::Absent);
+        }
         let object = store.object(name).await.unwrap();
         assert_eq!(object.version.bytes, 200_000);
         assert_eq!(object.read(70_000..199_999).await.unwrap(), &content[70_000..199_999]);

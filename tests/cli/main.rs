@@ -2,6 +2,8 @@
 #![cfg(feature = "cli")]
 
 mod batch;
+#[cfg(feature = "cloud")]
+mod cloud;
 mod decode;
 mod encode;
 mod errors;

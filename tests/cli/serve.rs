@@ -6,9 +6,14 @@ use std::net::TcpStream;
 use std::process::{Child, Command, Stdio};
 
 fn started(folder: &Folder, arguments: &str) -> (Child, String) {
+    started_with(folder, arguments, &[])
+}
+
+pub fn started_with(folder: &Folder, arguments: &str, variables: &[(&str, &str)]) -> (Child, String) {
     let mut child = Command::new(env!("CARGO_BIN_EXE_unweld"))
         .args(format!("serve --addr 127.0.0.1:0 --json {arguments}").split_whitespace())
         .current_dir(folder.0.path())
+        .envs(variables.iter().copied())
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -19,7 +24,7 @@ fn started(folder: &Folder, arguments: &str) -> (Child, String) {
     (child, told["address"].as_str().unwrap().to_owned())
 }
 
-fn get(address: &str, path: &str, line: &str) -> Vec<u8> {
+pub fn get(address: &str, path: &str, line: &str) -> Vec<u8> {
     let mut stream = TcpStream::connect(address).unwrap();
     write!(stream, "GET {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n{line}\r\n").unwrap();
     let mut answer = Vec::new();

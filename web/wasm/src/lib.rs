@@ -85,7 +85,7 @@ pub extern "C" fn unweld_take() -> u32 {
         instance.changes = instance.client.take();
         let c = &instance.changes;
         let mut table = vec![c.counts[0], c.counts[1], c.first_vertex, c.first_triangle];
-        table.extend([&c.positions, &c.from, &c.normals].into_iter().flat_map(place));
+        table.extend([&c.positions, &c.from, &c.normals].into_iter().flat_map(|array| place(array)));
         table.extend(
             [place(&c.moved), place(&c.moved_positions), place(&c.turned), place(&c.turned_normals)].concat(),
         );
@@ -139,7 +139,7 @@ fn with<T>(act: impl FnOnce(&mut Instance) -> T) -> T {
     INSTANCE.with_borrow_mut(act)
 }
 
-fn place<T>(array: &Vec<T>) -> [u32; 2] {
+fn place<T>(array: &[T]) -> [u32; 2] {
     [array.as_ptr().expose_provenance() as u32, array.len() as u32]
 }
 

@@ -218,8 +218,8 @@ fn faults() {
     folder.run("measure sphere.ply no.obj").failed(1, &format!("no.obj: {missing}"));
     folder.run("measure no.uwm sphere.ply").failed(1, &format!("no.uwm: {missing}"));
     folder.write("points.ply", "ply\nformat ascii 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\nend_header\n1 2 3\n");
-    folder.run("measure sphere.ply points.ply").failed(1, "points.ply: no triangles");
-    folder.run_with("measure - sphere.ply", b"").failed(1, "standard input: no triangles");
+    folder.run("measure sphere.ply points.ply").failed(1, "points.ply: no triangles, only vertices (1)");
+    folder.run_with("measure - sphere.ply", b"").failed(1, "standard input: the file is empty");
     folder.write("bad.uwm", "ply\n");
     folder.run("measure bad.uwm sphere.ply").failed(1, "bad.uwm: byte 0: not a .uwm file (spec §3.2)");
     let base = folder.info("sphere.uwm")["levels"][0]["level"].as_u64().unwrap();

@@ -143,7 +143,7 @@ fn faults() {
     folder.write("bad.uwm", "ply\n");
     folder.run("view bad.uwm -o x.png").failed(1, "bad.uwm: byte 0: not a .uwm file (spec §3.2)");
     folder.write("empty.ply", "");
-    folder.run("view empty.ply -o x.png").failed(1, "empty.ply: no triangles");
+    folder.run("view empty.ply -o x.png").failed(1, "empty.ply: the file is empty");
     let few = folder.run("view sphere.uwm -o x.png --max-memory 1K");
     assert!(few.err.ends_with("(--max-memory allows more)\n"), "{}", few.err);
     let few = folder.run_with("view - -o x.png --max-memory 1K", &folder.bytes("sphere.uwm"));

@@ -196,6 +196,8 @@ impl Client {
                 self.reports.extend(contents.map(|contents| report::level(&contents, level)));
             }
             Event::Residue => self.residue(),
+            // The page shows the surface: neither its last bits nor the input's order make a difference there.
+            Event::Correction | Event::Order => {}
             Event::Metadata => self.reports.extend(self.decoder.metadata().map(report::metadata)),
             Event::Stopped | Event::End => self.reports.push(report::end()),
         }

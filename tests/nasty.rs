@@ -5,6 +5,9 @@
 //! `header_count_huge`), 162 vertices of 12 bytes, 320 faces of 13.
 #![cfg(all(feature = "encode", feature = "formats"))]
 
+mod common;
+
+use common::triangles;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
@@ -12,8 +15,8 @@ use Expected::{Fault, Mesh};
 use unweld::decoder;
 use unweld::encoder::{Encoder, Options};
 use unweld::formats;
+use unweld::mesh::IndexedMesh;
 use unweld::mesh::topology::ConditioningReport;
-use unweld::mesh::{IndexedMesh, Lattice};
 
 /// What becomes of a file.
 enum Expected {
@@ -84,17 +87,6 @@ fn there_and_back(name: &str, mesh: &IndexedMesh) -> ConditioningReport {
     let welded = report.conditioning.welded_vertices;
     assert_eq!(back.positions.len(), mesh.positions.len() - welded, "{name}");
     report.conditioning
-}
-
-/// Triangles as lattice points, each in the smallest of its rotations, sorted.
-fn triangles(mesh: &IndexedMesh, lattice: &Lattice) -> Vec<[[i32; 3]; 3]> {
-    let rotated = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| lattice.quantise(mesh.positions[v as usize]));
-        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
-    };
-    let mut all: Vec<_> = mesh.triangles.iter().map(rotated).collect();
-    all.sort_unstable();
-    all
 }
 
 /// What conditioning found, in words. Where a surface is cut that has no orientation is the walk's choice, and what is

@@ -2,13 +2,16 @@
 //! was found. Numbers are counted by hand.
 #![cfg(feature = "encode")]
 
+mod common;
+
+use common::triangles;
 use std::collections::HashMap;
 use std::f64::consts::TAU;
 
 use unweld::decoder;
 use unweld::encoder::{Encoder, Options};
 use unweld::mesh::topology::ConditioningReport;
-use unweld::mesh::{IndexedMesh, Lattice, shapes};
+use unweld::mesh::{IndexedMesh, shapes};
 
 /// Encodes, decodes, compares; returns what conditioning found.
 fn there_and_back(mesh: &IndexedMesh) -> ConditioningReport {
@@ -36,17 +39,6 @@ fn there_and_back(mesh: &IndexedMesh) -> ConditioningReport {
         assert_eq!(told[name], found as u64, "{name}");
     }
     report
-}
-
-/// Triangles as lattice points, each in the smallest of its rotations, sorted.
-fn triangles(mesh: &IndexedMesh, lattice: &Lattice) -> Vec<[[i32; 3]; 3]> {
-    let rotated = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| lattice.quantise(mesh.positions[v as usize]));
-        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
-    };
-    let mut all: Vec<_> = mesh.triangles.iter().map(rotated).collect();
-    all.sort_unstable();
-    all
 }
 
 /// The report of a connected manifold of which nothing had to be changed.

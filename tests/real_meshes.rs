@@ -2,13 +2,15 @@
 //! The folder is `UNWELD_DATA`, or `../shared/data` beside the checkout; where there is none, the tests say so and pass.
 #![cfg(all(feature = "encode", feature = "formats"))]
 
+mod common;
+
+use common::triangles;
 use std::path::{Path, PathBuf};
 use unweld::decoder::{self, Decoder, Event};
 use unweld::encoder::{Encoder, Keyframes, Options};
 use unweld::formats::{self, Format, Source};
 use unweld::mesh::distance::surface_distance;
 use unweld::mesh::topology::Weld;
-use unweld::mesh::{IndexedMesh, Lattice};
 use unweld::simplify::Method;
 
 fn data() -> Option<PathBuf> {
@@ -37,17 +39,6 @@ fn meshes(folder: &Path) -> Vec<(String, Source)> {
     }
     found.sort_by(|x, y| x.0.cmp(&y.0));
     found
-}
-
-/// Triangles as lattice points, each in the smallest of its rotations, sorted.
-fn triangles(mesh: &IndexedMesh, lattice: &Lattice) -> Vec<[[i32; 3]; 3]> {
-    let rotated = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| lattice.quantise(mesh.positions[v as usize]));
-        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
-    };
-    let mut all: Vec<_> = mesh.triangles.iter().map(rotated).collect();
-    all.sort_unstable();
-    all
 }
 
 #[test]

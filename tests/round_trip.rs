@@ -1,25 +1,17 @@
 //! The loop: what goes in comes out, at every level, by every road.
 #![cfg(feature = "encode")]
 
+mod common;
+
+use common::triangles;
 use unweld::Error;
 use unweld::container::{Plan, Want, parse_contents, plan, plan_from_keyframe};
 use unweld::decoder::{self, Decoder, Event, Until};
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::limits::Limits;
-use unweld::mesh::{IndexedMesh, Lattice, Triangle, shapes};
+use unweld::mesh::{IndexedMesh, Triangle, shapes};
 use unweld::refine::Site;
 use unweld::simplify::Method;
-
-/// Triangles as lattice points, each in the smallest of its rotations, sorted: equal for equal surfaces.
-fn triangles(mesh: &IndexedMesh, lattice: &Lattice) -> Vec<[[i32; 3]; 3]> {
-    let rotated = |t: &[u32; 3]| {
-        let [a, b, c] = t.map(|v| lattice.quantise(mesh.positions[v as usize]));
-        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap()
-    };
-    let mut all: Vec<_> = mesh.triangles.iter().map(rotated).collect();
-    all.sort_unstable();
-    all
-}
 
 fn small() -> Options {
     let mut options = Options { keyframes: Keyframes::All, atom_bytes: 100, ..Options::default() };

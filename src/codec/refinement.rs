@@ -15,6 +15,7 @@ pub const MAX_STAR: usize = 64;
 /// The models of refinements. They start afresh with each segment (spec §5.2).
 #[derive(Clone, Debug)]
 pub struct SegmentModels {
+    /// By kind, how many sides are closed (0 to 4; eight places make any three bits one), class.
     split: [[[Bit; extents::CLASSES]; 8]; 2],
     flip: [[Bit; ANGLES]; BENDS],
     face: Bit,

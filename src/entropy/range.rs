@@ -1,4 +1,4 @@
-//! Binary range coder: 32-bit range, carry by a pending byte as in LZMA (Martin 1979; spec §6.1).
+//! Range coder of decisions and symbols: 32-bit range, carry by a pending byte as in LZMA (Martin 1979; spec §6.1).
 
 use super::model::Bit;
 use super::symbol::{SCALE, SYMBOLS, SymbolModel};

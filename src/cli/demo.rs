@@ -1,16 +1,18 @@
-//! `unweld demo`: what it does, on a mesh of its own making.
+//! `unweld demo`: what it does, on a mesh of its own making: encodes, verifies and draws it, and shows it in a browser.
 
 use super::describe::Description;
 use super::encode::{self, Encoded};
 use super::numbers::{count, grouped};
 use super::original;
 use super::output::{MeshFormat, Output, say};
+use super::page::Page;
 use super::progress::Progress;
 use super::uwm::Uwm;
 use super::verify;
 use super::view;
 use anyhow::Context;
 use std::fs;
+use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use unweld::container::Contents;
 use unweld::encoder::{Keyframes, Options};
@@ -18,12 +20,22 @@ use unweld::formats::{Coordinates, Format, Source};
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::render::View;
 
-/// Make a mesh, encode it, verify it, and draw three of its levels
+/// Make a mesh, encode it, verify it, draw three of its levels, and show it in a browser
 #[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The folder for the files
     #[arg(short, long, value_name = "DIR", default_value = "unweld-demo")]
     output: PathBuf,
+    /// End once all of it has been checked, instead of serving the page until Ctrl-C
+    #[arg(long)]
+    once: bool,
+    /// Open no browser
+    #[arg(long)]
+    no_open: bool,
+    /// The address of the page [default: 127.0.0.1:8080, or another port where that is taken]
+    #[arg(long, value_name = "ADDRESS")]
+    addr: Option<SocketAddr>,
     /// No progress bar
     #[arg(long, short)]
     quiet: bool,
@@ -32,7 +44,7 @@ pub struct Args {
 /// Runs the command.
 ///
 /// # Errors
-/// Those of writing.
+/// Those of writing and of serving.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = &args.output;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -59,7 +71,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let encoded = encode::encode(&source, Path::new("demo.ply"), options, vec![], &mut progress)?;
     let Encoded { file, report } = encoded;
     uwm_file.write(|out| out.write_all(&file))?;
-    let mut uwm = Uwm::in_memory(file, &uwm_file.name)?;
+    let mut uwm = Uwm::in_memory(file.clone(), &uwm_file.name)?;
     let description =
         Description { metadata: uwm.metadata()?, contents: uwm.contents.clone(), residue: report.residue };
     say(&format!("Encoded it: {}\n{}\n", uwm_file.name, encode::report_text(&description, &report)))?;
@@ -83,14 +95,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     view::draw(&shown, &view, picture, &mut progress)?;
     drop(progress);
     let counts: Vec<String> = shown.iter().map(|mesh| grouped(mesh.triangles.len() as u64)).collect();
-    let file = &uwm_file.name;
+    let name = &uwm_file.name;
     say(&format!(
-        "Drew its levels of {} triangles: {}\n\nNow try\n  unweld info {file}\n  \
-         unweld decode {file} -o coarse.obj --faces 2000\n  \
-         unweld decode {file} -o early.ply --prefix-bytes 20K\n",
+        "Drew its levels of {} triangles: {}\n\nNow try\n  unweld info {name}\n  \
+         unweld decode {name} -o coarse.obj --faces 2000\n  \
+         unweld decode {name} -o early.ply --prefix-bytes 20K\n\n",
         counts.join(", "),
         picture.name,
-    ))
+    ))?;
+    let page = Page { folder, mesh: "demo.uwm", bytes: &file, address: args.addr };
+    page.show(!args.once, !args.once && !args.no_open)
 }
 
 /// Three levels whose sizes are far apart, coarse to fine.
@@ -110,3 +124,9 @@ fn shown(contents: &Contents) -> Vec<u32> {
 const SUBDIVISIONS: u32 = 6;
 const SEED: u64 = 4;
 const KEYFRAMES: [u32; 2] = [8, 14];
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld demo                      everything, then the page in a browser until Ctrl-C
+  unweld demo --no-open            the same without opening a browser: its address is told
+  unweld demo --once               all checks, then the end";

@@ -15,6 +15,7 @@ mod memory;
 mod numbers;
 mod original;
 mod output;
+mod page;
 mod progress;
 mod serve;
 mod simplify;

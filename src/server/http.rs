@@ -55,9 +55,10 @@ pub fn router(app: Arc<App>) -> Router {
         ])
         .expose_headers(Any)
         .max_age(std::time::Duration::from_secs(86_400));
-    Router::new()
-        .route("/", get(index))
-        .route("/meshes", get(list))
+    let page = page::FILES.iter().fold(Router::new(), |router, file| {
+        router.route(file.path, get(async |headers: HeaderMap| file.answer(&headers)))
+    });
+    page.route("/meshes", get(list))
         .route("/meshes/{*rest}", get(mesh))
         .route("/openapi.json", get(description))
         .route("/metrics", get(measured))
@@ -77,7 +78,7 @@ async fn observe(State(app): State<Arc<App>>, request: Request, next: Next) -> R
     let status = response.status().as_u16();
     let seconds = start.elapsed().as_secs_f64();
     let route = match uri.path() {
-        "/" => "index",
+        path if page::has(path) => "page",
         "/meshes" => "list",
         "/metrics" => "metrics",
         "/healthz" => "health",
@@ -97,7 +98,7 @@ async fn observe(State(app): State<Arc<App>>, request: Request, next: Next) -> R
     response
 }
 
-/// Lets through who has a token, where one is needed; anybody may ask how the server is.
+/// Lets through who has a token, where one is needed; anybody may ask how the server is, and for the page, which asks for the token.
 async fn admit(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
     let tokens = &app.options.tokens;
     let sent = request.headers().get(header::AUTHORIZATION).map(HeaderValue::as_bytes);
@@ -108,7 +109,7 @@ async fn admit(State(app): State<Arc<App>>, request: Request, next: Next) -> Res
     let known = sent.is_some_and(|(_, token)| {
         tokens.iter().fold(false, |found, known| found | bool::from(known.as_bytes().ct_eq(token)))
     });
-    if tokens.is_empty() || known || request.uri().path() == "/healthz" {
+    if tokens.is_empty() || known || is_open(request.uri().path()) {
         return next.run(request).await;
     }
     let what = if sent.is_some() {
@@ -124,21 +125,12 @@ async fn admit(State(app): State<Arc<App>>, request: Request, next: Next) -> Res
     response
 }
 
-async fn index(State(app): State<Arc<App>>, request: Request) -> Result<Response, Answered> {
-    Query::parse(request.uri().query(), &[])?;
-    let names = match app.options.list {
-        true => Some(app.store.names("", PAGE_NAMES).await?),
-        false => None,
-    };
-    let text = page::index(names.as_ref().map(|(names, more)| (&names[..], *more)));
-    Ok(([(header::CACHE_CONTROL, "no-cache")], axum::response::Html(text)).into_response())
+fn is_open(path: &str) -> bool {
+    path == "/healthz" || page::has(path)
 }
 
-async fn other(request: Request) -> Response {
-    match page::file(request.uri().path()) {
-        Some(file) => ([(header::CONTENT_TYPE, file.media_type)], file.content).into_response(),
-        None => problem(Refusal::new(StatusCode::NOT_FOUND, "there is nothing of this name")),
-    }
+async fn other() -> Response {
+    problem(Refusal::new(StatusCode::NOT_FOUND, "there is nothing of this name"))
 }
 
 async fn description() -> Response {
@@ -393,7 +385,5 @@ fn problem(refusal: Refusal) -> Response {
 
 /// Between the parts of an answer of several ranges. No part is searched for it: each tells its length.
 const BOUNDARY: &str = "unweld-3f6b0c5e9a1d47f28e";
-/// Most names on the page.
-const PAGE_NAMES: usize = 1000;
 const LIST_NAMES: usize = 100;
 const MAX_LIST_NAMES: usize = 1000;

@@ -1,68 +1,130 @@
-//! What a browser sees. Files of a page that come with the program belong into [`FILES`]; until there are some, a list of the meshes.
+//! The viewer: files of `web/dist`, which `web/build` makes, as part of the program.
 
-/// A file that comes with the program.
+use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
+use axum::response::{IntoResponse, Response};
+use headers::{ETag, HeaderMapExt, IfNoneMatch};
+
+/// A file of the page.
+#[derive(Debug)]
 pub struct File {
-    /// Its path, from `/` on.
+    /// Where it is served.
     pub path: &'static str,
-    /// Its media type.
-    pub media_type: &'static str,
-    /// What is in it.
-    pub content: &'static [u8],
+    name: &'static str,
+    media_type: &'static str,
+    plain: &'static [u8],
+    brotli: &'static [u8],
 }
 
-/// The file of this path, if there is one.
-pub fn file(path: &str) -> Option<&'static File> {
-    FILES.iter().find(|file| file.path == path)
-}
-
-/// The page at `/`: links to these meshes; `None` where they are not told.
-pub fn index(names: Option<(&[String], bool)>) -> String {
-    let list = match names {
-        None => "<p>The names of the meshes are not told here.</p>".to_owned(),
-        Some(([], _)) => "<p>There are no meshes here yet.</p>".to_owned(),
-        Some((names, more)) => {
-            let lines: String = names.iter().map(|name| line(name)).collect();
-            let more = if more { "<p>There are more: see <a href=\"meshes\">the list</a>.</p>" } else { "" };
-            format!("<ul>\n{lines}</ul>\n{more}")
+macro_rules! file {
+    ($path:literal, $name:literal, $media_type:literal) => {
+        File {
+            path: $path,
+            name: $name,
+            media_type: $media_type,
+            plain: include_bytes!(concat!("../../web/dist/", $name)),
+            brotli: include_bytes!(concat!("../../web/dist/", $name, ".br")),
         }
     };
-    format!(
-        "<!doctype html>\n<html lang=\"en\">\n<meta charset=\"utf-8\">\n<title>unweld</title>\n<h1>Meshes</h1>\n{list}\n\
-         <p><a href=\"openapi.json\">Description of the interface</a></p>\n</html>\n"
-    )
 }
 
-fn line(name: &str) -> String {
-    let path: Vec<String> = name.split('/').map(encoded).collect();
-    let path = path.join("/");
-    let stem = path.strip_suffix(".uwm").unwrap_or(&path);
-    let text = escaped(name);
-    format!("<li><a href=\"meshes/{path}\">{text}</a> (<a href=\"meshes/{stem}/levels\">levels</a>)</li>\n")
+/// All files of the page.
+pub const FILES: [File; 5] = [
+    file!("/", "index.html", "text/html; charset=utf-8"),
+    file!("/style.css", "style.css", "text/css; charset=utf-8"),
+    file!("/viewer.js", "viewer.js", "text/javascript; charset=utf-8"),
+    file!("/worker.js", "worker.js", "text/javascript; charset=utf-8"),
+    file!("/unweld.wasm", "unweld.wasm", "application/wasm"),
+];
+
+/// Whether this is the path of a file of the page.
+pub fn has(path: &str) -> bool {
+    FILES.iter().any(|file| file.path == path)
 }
 
-fn encoded(part: &str) -> String {
-    percent_encoding::utf8_percent_encode(part, percent_encoding::NON_ALPHANUMERIC)
-        .to_string()
-        .replace("%2E", ".")
+impl File {
+    /// The answer to a request with these headers: compressed where the client can read that, 304 where it has the file.
+    pub fn answer(&self, request: &HeaderMap) -> Response {
+        let (suffix, content) = match takes_brotli(request) {
+            true => ("-br", self.brotli),
+            false => ("", self.plain),
+        };
+        let mut headers = HeaderMap::new();
+        let tag = format!("\"{}{suffix}\"", self.digest()).parse::<ETag>().ok();
+        let known = tag.as_ref().zip(request.typed_get::<IfNoneMatch>());
+        let fresh = known.is_none_or(|(tag, condition)| condition.precondition_passes(tag));
+        if let Some(tag) = tag {
+            headers.typed_insert(tag);
+        }
+        headers.insert(header::VARY, HeaderValue::from_static("Accept-Encoding"));
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-cache"));
+        if !fresh {
+            return (StatusCode::NOT_MODIFIED, headers).into_response();
+        }
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static(self.media_type));
+        headers.insert(header::CONTENT_SECURITY_POLICY, HeaderValue::from_static(POLICY));
+        headers.insert(header::X_CONTENT_TYPE_OPTIONS, HeaderValue::from_static("nosniff"));
+        if !suffix.is_empty() {
+            headers.insert(header::CONTENT_ENCODING, HeaderValue::from_static("br"));
+        }
+        (headers, content).into_response()
+    }
+
+    /// The first digits of its digest, as `web/build` has noted it.
+    fn digest(&self) -> &'static str {
+        let lines = include_str!("../../web/dist/FILES").lines().filter_map(|line| line.split_once("  ./"));
+        lines
+            .filter(|(_, name)| *name == self.name)
+            .find_map(|(digest, _)| digest.get(..16))
+            .unwrap_or("unknown")
+    }
 }
 
-fn escaped(text: &str) -> String {
-    text.replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;").replace('"', "&quot;")
+fn takes_brotli(request: &HeaderMap) -> bool {
+    let accepted = request.get_all(header::ACCEPT_ENCODING);
+    accepted.iter().filter_map(|value| value.to_str().ok()).flat_map(|value| value.split(',')).any(|coding| {
+        let (name, weight) = coding.split_once(';').unwrap_or((coding, ""));
+        name.trim().eq_ignore_ascii_case("br")
+            && weight.trim().trim_start_matches("q=").parse() != Ok(0.0_f32)
+    })
 }
 
-const FILES: &[File] = &[];
+/// What the page may load: its own files, and meshes from anywhere.
+const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; img-src 'self' data:; connect-src * data: blob:; \
+                      object-src 'none'; base-uri 'none'; form-action 'none'";
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
+    fn accepting(codings: &'static str) -> HeaderMap {
+        HeaderMap::from_iter([(header::ACCEPT_ENCODING, HeaderValue::from_static(codings))])
+    }
+
     #[test]
-    fn names_cannot_add_to_the_page() {
-        let page = index(Some((&["a/<b>\"&'.uwm".to_owned()], true)));
-        let line = "<li><a href=\"meshes/a/%3Cb%3E%22%26%27.uwm\">a/&lt;b&gt;&quot;&amp;'.uwm</a> \
-                    (<a href=\"meshes/a/%3Cb%3E%22%26%27/levels\">levels</a>)</li>";
-        assert!(page.contains(line) && page.contains("There are more"), "{page}");
-        assert!(index(None).contains("not told") && index(Some((&[], false))).contains("no meshes"));
-        assert!(file("/nothing").is_none());
+    fn brotli_is_for_who_asks_for_it() {
+        for codings in ["br", "gzip, deflate, br", "gzip;q=0.5,BR;q=1.0", "br;q=0.1"] {
+            assert!(takes_brotli(&accepting(codings)), "{codings}");
+        }
+        for codings in ["", "gzip", "br;q=0", "br; q=0.000", "brotli"] {
+            assert!(!takes_brotli(&accepting(codings)), "{codings}");
+        }
+        assert!(!takes_brotli(&HeaderMap::new()));
+    }
+
+    #[test]
+    fn each_file_and_each_coding_has_a_tag_of_its_own() {
+        let mut tags = std::collections::BTreeSet::new();
+        for file in &FILES {
+            for request in [HeaderMap::new(), accepting("br")] {
+                let response = file.answer(&request);
+                let tag = response.headers()[header::ETAG].clone();
+                assert!(tags.insert(tag.to_str().unwrap().to_owned()), "{tag:?}");
+                assert_eq!(response.status(), StatusCode::OK);
+                let mut again = request.clone();
+                again.insert(header::IF_NONE_MATCH, tag);
+                assert_eq!(file.answer(&again).status(), StatusCode::NOT_MODIFIED, "{}", file.path);
+            }
+            assert!(file.brotli.len() < file.plain.len() && file.digest().len() == 16);
+        }
     }
 }

@@ -13,7 +13,6 @@ fn tokens() {
         Options { tokens: vec!["first-token".to_owned(), "second".to_owned()], ..Options::default() };
     let served = Served::of(Store::open(folder.path().to_str().unwrap()).unwrap(), options);
     for path in [
-        "/",
         "/meshes",
         "/meshes/a.uwm",
         "/meshes/a/levels",
@@ -71,13 +70,42 @@ fn lists() {
     assert_eq!(names("/meshes?limit=3&after=b/x.uwm"), (json!(["c.uwm"]), json!(null)));
     served.get("/meshes?limit=x").refuses(400, "limit");
     served.get("/meshes?from=1").refuses(400, "from");
-    let page = served.get("/").text();
-    assert!(page.contains("b/&lt;i&gt;.uwm") && !page.contains("<i>"));
     assert_eq!(served.get("/meshes/b/%3Ci%3E.uwm").body, file);
 
     let store = Store::open(folder.path().to_str().unwrap()).unwrap();
     let silent = Served::of(store, Options { list: false, ..Options::default() });
     silent.get("/meshes").refuses(404, "");
-    assert!(!silent.get("/").text().contains("a.uwm"));
     assert_eq!(silent.get("/meshes/a.uwm").body, file);
+}
+
+#[test]
+fn the_page_is_for_everybody_and_needs_nothing_else() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = Options { tokens: vec!["token".to_owned()], ..Options::default() };
+    let served = Served::of(Store::open(folder.path().to_str().unwrap()).unwrap(), options);
+    let page = served.get("/");
+    assert_eq!((page.status, page.header("content-type")), (200, "text/html; charset=utf-8"));
+    let text = page.text();
+    let linked: Vec<&str> =
+        text.split(['"', '\'']).filter(|part| part.ends_with(".js") || part.ends_with(".css")).collect();
+    assert_eq!(linked, ["style.css", "viewer.js"]);
+    assert!(!text.contains("://"), "nothing from elsewhere");
+    for name in ["/style.css", "/viewer.js", "/worker.js", "/unweld.wasm"] {
+        let plain = served.get(name);
+        let packed = served.ask("GET", name, &["Accept-Encoding: gzip, br"]);
+        assert_eq!(
+            (plain.status, packed.status, packed.header("content-encoding")),
+            (200, 200, "br"),
+            "{name}"
+        );
+        assert!(
+            packed.body.len() < plain.body.len()
+                && plain.header("content-security-policy").starts_with("default-src 'self'")
+        );
+        let tag = format!("If-None-Match: {}", plain.header("etag"));
+        assert_eq!(served.ask("GET", name, &[&tag]).status, 304, "{name}");
+    }
+    let module = served.get("/unweld.wasm");
+    assert_eq!((&module.body[..4], module.header("content-type")), (&b"\0asm"[..], "application/wasm"));
+    assert_eq!(served.ask("POST", "/viewer.js", &[]).status, 405);
 }

@@ -1,7 +1,9 @@
 //! Decodes files and prints for each its vertices, its triangles, a digest of its triangles as positions in any order, one of its arrays in
 //! their order (`-` where there is a residue), and the milliseconds it took: what `web/tests/digest.mjs` must print too, but for the last.
+//! Positions are those of the lattice, as the page has them.
 
 use std::time::Instant;
+use unweld::codec::walk::Walk;
 use unweld::decoder::decode;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -10,7 +12,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let begin = Instant::now();
         let decoder = decode(&bytes, Default::default())?;
         let time = begin.elapsed();
-        let mesh = decoder.assembled()?;
+        let (bare, residue) = (decoder.mesh(), decoder.residue().cloned().unwrap_or_default());
+        let lattice = &decoder.contents().ok_or("no contents")?.header.lattice;
+        let mesh = residue.assemble(bare, &Walk::new(&bare.table, &bare.roots), lattice);
         let corner = |v: u32| mesh.positions[v as usize].map(|x| (x as f32).to_bits());
         let mut sum = 0u32;
         for t in &mesh.triangles {
@@ -18,11 +22,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             let first = [[a, b, c], [b, c, a], [c, a, b]].into_iter().min().unwrap_or_default();
             sum = sum.wrapping_add(digest(first.into_iter().flatten()));
         }
-        let lattice = &decoder.contents().ok_or("no contents")?.header.lattice;
-        let (mesh_0, plain) = (decoder.mesh(), decoder.residue().is_none_or(|residue| residue.is_empty()));
+        let plain = residue.is_empty();
         let positions =
-            mesh_0.positions.iter().flat_map(|&p| lattice.position(p).map(|x| (x as f32).to_bits()));
-        let indices = mesh_0.table.triangles().flat_map(|t| mesh_0.table.triangle(t).map(|v| v.0));
+            bare.positions.iter().flat_map(|&p| lattice.position(p).map(|x| (x as f32).to_bits()));
+        let indices = bare.table.triangles().flat_map(|t| bare.table.triangle(t).map(|v| v.0));
         let exact = if plain { format!("{:08x}", digest(positions.chain(indices))) } else { "-".into() };
         let name = path.rsplit('/').next().unwrap_or_default();
         let [vertices, triangles] = [mesh.positions.len(), mesh.triangles.len()];

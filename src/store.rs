@@ -4,7 +4,6 @@
 //! that was opened, or it is [`Fault::Changed`].
 
 use std::collections::BTreeSet;
-use std::fs::File;
 use std::future::Future;
 use std::ops::Range;
 use std::sync::Arc;
@@ -14,11 +13,13 @@ use bytes::Bytes;
 use futures_util::stream::{BoxStream, Stream, StreamExt, try_unfold};
 use object_store::local::LocalFileSystem;
 use object_store::path::Path;
-use object_store::{GetOptions, GetRange, GetResultPayload, ObjectMeta, ObjectStore};
+use object_store::{GetOptions, GetRange, ObjectMeta, ObjectStore};
 use prometheus_client::metrics::counter::Counter;
 
 use crate::error::{Error, Result};
+use cache::Cache;
 
+mod cache;
 mod file;
 
 /// What went wrong with a store.
@@ -57,6 +58,7 @@ pub struct Store {
     folder: Option<Arc<LocalFileSystem>>,
     prefix: Path,
     retries: Counter,
+    cache: Arc<Cache>,
 }
 
 /// One version of a mesh, to be read from.
@@ -70,7 +72,7 @@ pub struct Object {
 #[derive(Clone, Debug)]
 enum Source {
     /// An open file: it stays the same when another takes over its name.
-    File(Arc<File>),
+    File(Arc<file::Open>),
     Remote(Store, Path),
 }
 
@@ -94,7 +96,13 @@ impl Store {
 
     /// The meshes of any object store.
     pub fn over(inner: Arc<dyn ObjectStore>) -> Self {
-        Self { inner, folder: None, prefix: Path::default(), retries: Counter::default() }
+        let cache = Arc::new(Cache::new(CACHE_BYTES));
+        Self { inner, folder: None, prefix: Path::default(), retries: Counter::default(), cache }
+    }
+
+    /// The same with so many bytes of memory, instead of [`CACHE_BYTES`], for parts of files that are often wanted.
+    pub fn with_cache(self, bytes: usize) -> Self {
+        Self { cache: Arc::new(Cache::new(bytes)), ..self }
     }
 
     fn of_url(location: &str) -> Result<Self> {
@@ -103,6 +111,10 @@ impl Store {
         if !cfg!(feature = "cloud") && !["file", "memory"].contains(&url.scheme()) {
             let what = format!("{}:// wants a build with --features cloud", url.scheme());
             return Err(refuse(what));
+        }
+        if url.scheme() == "file" {
+            let path = url.to_file_path().map_err(|()| refuse("not the path of a folder".to_owned()))?;
+            return Self::open(&path.to_string_lossy());
         }
         let variables =
             std::env::vars_os().filter_map(|(k, v)| Some((k.into_string().ok()?, v.into_string().ok()?)));
@@ -119,17 +131,12 @@ impl Store {
         let path = self.path(name)?;
         if let Some(folder) = &self.folder {
             let path = folder.path_to_filesystem(&path).map_err(|_| Fault::Absent)?;
-            return file::open(&path);
+            return file::open(&path, &self.cache);
         }
         // It is only asked about: its bytes come when they are wanted.
         let ask = || self.get(&path, GetOptions { head: true, ..GetOptions::default() });
         let got = self.patiently(ask).await?;
-        let version = version(&got.meta);
-        let source = match got.payload {
-            GetResultPayload::File(file, _) => Source::File(Arc::new(file)),
-            GetResultPayload::Stream(_) => Source::Remote(self.clone(), path),
-        };
-        Ok(Object { version, source })
+        Ok(Object { version: version(&got.meta), source: Source::Remote(self.clone(), path) })
     }
 
     /// Up to `limit` names behind `after`, sorted, and whether there are more.
@@ -239,10 +246,7 @@ impl Reading {
             return Ok(None);
         }
         let piece = match &self.object.source {
-            Source::File(file) => {
-                let length = left.min(PIECE as u64) as usize;
-                file::read(file, &self.object.version, self.range.start, length).await?
-            }
+            Source::File(file) => file.read(&self.object.version, self.range.start).await?,
             Source::Remote(store, path) => {
                 let (store, path) = (store.clone(), path.clone());
                 self.receive(&store, &path).await?
@@ -336,6 +340,8 @@ fn fault(error: object_store::Error) -> Fault {
 
 /// Most bytes read from a file at a time.
 pub const PIECE: usize = 64 << 10;
+/// Memory for parts of files that are often wanted.
+pub const CACHE_BYTES: usize = 64 << 20;
 const MAX_NAME_BYTES: usize = 1024;
 /// How often the store is asked before it is given up.
 const TRIES: u32 = 3;

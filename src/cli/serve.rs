@@ -1,5 +1,6 @@
 //! `unweld serve`: meshes over HTTP.
 
+use super::args::size;
 use super::failure::{Usage, note};
 use super::numbers::count;
 use super::output::say;
@@ -36,6 +37,9 @@ pub struct Args {
     #[arg(long, value_name = "N", default_value_t = Options::default().connections as u32,
           value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     connections: u32,
+    /// Memory for parts of files that are often wanted; 0 for none
+    #[arg(long, value_name = "BYTES", default_value = "64M", value_parser = size)]
+    cache: u64,
     /// How long a connection may be idle, and a client take nothing of an answer
     #[arg(long, value_name = "SECONDS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     timeout: u32,
@@ -71,6 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let location = &args.location;
     let tokens = args.token_file.as_ref().map(tokens).transpose()?.unwrap_or_default();
     let store = Store::open(location).with_context(|| location.clone())?;
+    let store = store.with_cache(usize::try_from(args.cache).unwrap_or(usize::MAX));
     log(args.log);
     let connections = available(args.connections as usize);
     let timeout = Duration::from_secs(args.timeout.into());
@@ -173,6 +178,7 @@ const EXAMPLES: &str = "\
 EXAMPLES
   unweld serve coded/                                     a folder, at http://127.0.0.1:8080/
   unweld serve coded/ --addr 0.0.0.0:80 --log info        for everybody, with a line for each request
+  unweld serve coded/ --cache 1G                          much memory for parts of files that are often wanted
   unweld serve coded/ --token-file tokens --no-list       for those who know a token and a name
   unweld serve s3://bucket/meshes                         an object store (a build with --features cloud); the
                                                           credentials are in AWS_ACCESS_KEY_ID and the like

@@ -3,7 +3,7 @@
 mod part;
 mod steps;
 
-use super::args::{Tolerance, size, tolerance};
+use super::args::{Tolerance, is_stream, size, tolerance};
 use super::decode;
 use super::describe::diagonal;
 use super::failure::{Usage, line};
@@ -165,14 +165,14 @@ async fn fetch(args: &Args, wanted: Wanted, output: &Output, sink: &mut Sink) ->
             Sink::Part(part) => part.held(&address, |contents| wanted.plan(contents)),
             Sink::Stream(_) => None,
         };
-        let resumed = held.is_some();
+        let tagless = held.as_ref().is_some_and(|held| held.version.tag.is_none());
         let error = match attempt(args, wanted, output, sink, held).await {
             Ok(got) => return Ok(got),
             Err(error) => error,
         };
         let changed = matches!(error.downcast_ref().and_then(Fault::of), Some(Fault::Changed));
-        // Where nothing tells versions apart, checksums do.
-        let damaged = resumed && matches!(error.downcast_ref(), Some(Error::Format(_)));
+        // Where no tag tells versions apart, checksums do.
+        let damaged = tagless && matches!(error.downcast_ref(), Some(Error::Format(_)));
         match sink {
             Sink::Part(part) if (changed || damaged) && again > 0 => {
                 again -= 1;
@@ -456,7 +456,8 @@ fn head(address: &str, contents: &Contents) -> String {
 /// `None` for the bytes themselves.
 fn form(path: &Path) -> anyhow::Result<Option<MeshFormat>> {
     let is_uwm = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("uwm"));
-    if is_uwm || super::args::is_stream(path) || path.starts_with("/dev") {
+    let is_device = fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir());
+    if is_uwm || is_stream(path) || (is_device && path.extension().is_none()) {
         return Ok(None);
     }
     let what = || Usage(format!("{}: the name must end in .uwm, .ply, .obj or .stl", path.display()));

@@ -81,6 +81,6 @@ EXAMPLES
   unweld measure bunny.ply small.ply           how far are they from each other?
   unweld view bunny.uwm -o bunny.png           a picture of it
   unweld serve coded/                          all files of a folder over HTTP
-  unweld fetch http://host/bunny.uwm -o bunny.uwm  a file from a server, or as much of it as is wanted
+  unweld fetch URL -o bunny.uwm                a file from a server, or as much as is wanted
 
 Exit codes: 0 all went well, 1 the data are at fault, 2 the arguments are.";

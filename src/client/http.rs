@@ -90,7 +90,7 @@ pub struct Http {
     options: HttpOptions,
     version: Option<Version>,
     open: Option<Answer>,
-    /// Failures since bytes came last, [`SETTLED`] or more of them.
+    /// Failures in a row, and bytes that came between them.
     failures: u32,
     since: u64,
     requests: u64,
@@ -228,14 +228,13 @@ impl RangeSource for Http {
                 Ok(piece) => {
                     self.since += piece.len() as u64;
                     if self.since >= SETTLED {
-                        self.failures = 0;
+                        (self.failures, self.since) = (0, 0);
                     }
                     return Ok(piece);
                 }
                 Err(Trouble::Final(fault)) => return Err(fault.into()),
                 Err(Trouble::Passing { what, after }) => (what, after),
             };
-            self.since = 0;
             self.failures += 1;
             let least = self.options.pause.saturating_mul(1 << (self.failures - 1).min(16)).min(MAX_PAUSE);
             if self.failures > self.options.retries {
@@ -289,7 +288,7 @@ fn is_redirect(status: StatusCode) -> bool {
     matches!(status.as_u16(), 301 | 302 | 303 | 307 | 308)
 }
 
-/// As many bytes in a row make failures forgotten.
-const SETTLED: u64 = 16 << 10;
+/// So many bytes make failures forgotten: a line that breaks often is used as long as it brings something.
+const SETTLED: u64 = 4 << 10;
 const MAX_REDIRECTS: u32 = 10;
 const MAX_PAUSE: Duration = Duration::from_secs(60);

@@ -48,7 +48,7 @@ pub fn steps(contents: &Contents, plan: &Plan) -> Vec<Step> {
                 }
             }
             sum += bytes;
-            steps.push(step(contents, kind, rest.start..end, bytes));
+            steps.push(step(contents, plan.start, kind, rest.start..end, bytes));
             rest.start = end;
         }
     }
@@ -63,12 +63,15 @@ fn kind(kind: AtomKind, level: u32) -> Kind {
     }
 }
 
-fn step(contents: &Contents, kind: Kind, atoms: Range<usize>, bytes: u64) -> Step {
+fn step(contents: &Contents, start: u32, kind: Kind, atoms: Range<usize>, bytes: u64) -> Step {
     let of_level = |j: u32| contents.level(j).map(|level| (level.triangles, level.max_error));
     let (what, mesh) = match kind {
         Kind::Levels => levels(contents, &atoms),
         Kind::Other(AtomKind::Base, _) => ("base".to_owned(), of_level(contents.base_level())),
-        Kind::Other(AtomKind::Keyframe, j) => (format!("keyframe of level {j}"), of_level(j)),
+        Kind::Other(AtomKind::Keyframe, j) => {
+            // One that decoding does not start from repeats what is there.
+            (format!("keyframe of level {j}"), of_level(j).filter(|_| j == start))
+        }
         Kind::Other(AtomKind::Residue, _) => ("residue".to_owned(), None),
         Kind::Other(AtomKind::Correction, _) => ("exact coordinates".to_owned(), None),
         Kind::Other(AtomKind::Order, _) => ("order".to_owned(), None),

@@ -232,7 +232,7 @@ async fn attempt(
         done += bytes.len() as u64;
         progress.update("fetch", done, total);
         if let Some(step) = steps.iter().find(|step| step.atoms.end == index + 1).filter(|_| talk) {
-            output.say(&step.line(diagonal))?;
+            progress.aside(|| output.say(&step.line(diagonal)))?;
         }
     }
     let http = &transfer.source().http;

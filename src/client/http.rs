@@ -95,8 +95,10 @@ pub struct Http {
     since: u64,
     requests: u64,
     received: u64,
-    heard: Option<Box<dyn FnMut(&Retry) + Send>>,
+    heard: Option<Heard>,
 }
+
+type Heard = Box<dyn FnMut(&Retry) + Send>;
 
 impl Http {
     /// The file at an `http` or `https` address. Nothing is asked yet.

@@ -30,7 +30,8 @@ pub fn refine<'a>(reader: impl AsyncRead + Send + Unpin + 'a, options: Options) 
 
 /// Decodes what a plan takes: `planner` makes one of the table of contents, which comes first; then its parts, in order, are asked for.
 ///
-/// The first event is [`Event::Contents`]. The stream ends as [`refine`]'s does, and with the errors of [`Transfer::next`] besides.
+/// The first event is [`Event::Contents`]. The stream ends as [`refine`]'s does, and with the errors of [`Transfer::next`] besides. Where
+/// [`Fault::Changed`](super::Fault::Changed) is one of them, the mesh belongs to a version that is gone, and a new stream starts over.
 pub fn refine_ranges<'a>(
     source: impl RangeSource + 'a,
     planner: impl FnOnce(&Contents) -> Result<Plan> + Send + 'a,

@@ -149,6 +149,8 @@ fn from_our_own_server() {
     let bytes = folder.bytes("h.uwm");
     assert!(bytes.len() as u64 <= most && file.starts_with(&bytes));
     assert_eq!(told["bytes"], bytes.len());
+    let steps = told["steps"].as_array().unwrap().iter().map(|step| step["bytes"].as_u64().unwrap());
+    assert_eq!(contents.header.table_end() + steps.sum::<u64>(), bytes.len() as u64);
     let next = contents.atoms.iter().find(|atom| atom.end() > bytes.len() as u64).unwrap();
     assert!(next.end() > most, "another atom would be too much");
     let level = told["level"].as_u64().unwrap() as u32;

@@ -10,7 +10,7 @@ use unweld::client::{FIRST_BYTES, Fault, Http, HttpOptions, Piece, Transfer, who
 use unweld::container::{Contents, Plan, Want, plan};
 
 use super::coded;
-use super::script::{Script, head_length, whole};
+use super::script::{Asked, Script, head_length, whole};
 
 fn options() -> HttpOptions {
     HttpOptions {
@@ -184,7 +184,8 @@ fn a_connection_that_always_breaks_is_given_up() {
 #[test]
 fn a_version_that_changes_is_told() {
     let ((one, _), (two, _)) = (coded(1), coded(2));
-    let answers: [fn(&[u8], &super::script::Asked) -> Vec<u8>; 3] = [
+    type Reply = fn(&[u8], &Asked) -> Vec<u8>;
+    let answers: [Reply; 3] = [
         // As it should be: If-Range fails, all of the other file comes.
         |two, asked| asked.answer(two, "\"two\""),
         // A part of the other file, though it was not to be.
@@ -388,7 +389,7 @@ fn secrets_stay_with_the_server_that_they_are_for() {
     outcome.unwrap();
     assert_eq!(bytes, file);
     assert_eq!(script.asked()[0].header("x-api-key"), "secret");
-    assert!(other.asked()[0].headers.get("x-api-key").is_none());
+    assert!(!other.asked()[0].headers.contains_key("x-api-key"));
 }
 
 #[test]

@@ -40,7 +40,7 @@
 //! # Ok(())
 //! # }
 //! ```
-//! [`plan_from_keyframe`](crate::container::plan_from_keyframe) instead of [`plan`](crate::container::plan) skips what a keyframe
+//! [`plan_from_keyframe`](crate::container::plan_from_keyframe) instead of [`plan`](crate::container::plan()) skips what a keyframe
 //! stands for.
 //!
 //! # Cancelling

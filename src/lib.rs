@@ -74,10 +74,12 @@
 //! ```
 //!
 //! # Features
-//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `server`: the server, `cloud`: its object stores; `cli`
+//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `client`: meshes from readers and servers, as streams; `server`: the server, `cloud`: its object stores; `cli`
 //! (default): the command line; `wasm`: what a browser needs, for the module that `web/wasm` makes; `peers`: what the benchmark
 //! `examples/table` compares with. Without any of them the crate is the decoder.
 
+#[cfg(feature = "client")]
+pub mod client;
 pub mod codec;
 pub mod container;
 pub mod decoder;

@@ -15,6 +15,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("encoder", &["simplify", "codec", "refine", "mesh", "container", "entropy"]),
     ("decoder", &["codec", "refine", "mesh", "container", "entropy"]),
     ("wasm", &["decoder", "container", "codec", "refine", "mesh"]),
+    ("client", &["decoder", "container"]),
     ("formats", &["mesh"]),
     ("render", &["mesh"]),
     ("store", &[]),

@@ -64,8 +64,9 @@ struct Quality {
     operations: Option<u64>,
 }
 
+/// How to come to a level.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Via {
+pub enum Via {
     Replay,
     Keyframe,
 }
@@ -205,7 +206,7 @@ fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat) -> anyhow::
 }
 
 /// Writes a mesh, in the type of its coordinates where these are exact.
-fn write(
+pub fn write(
     mesh: &IndexedMesh,
     real: Option<Real>,
     lattice: &Lattice,
@@ -220,7 +221,7 @@ fn write(
 
 /// The mesh to write, and the type of its coordinates where they are exact; on the lattice and without the triangles of the
 /// residue, where there are too many with them.
-fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<(IndexedMesh, Option<Real>)> {
+pub fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<(IndexedMesh, Option<Real>)> {
     let fits = |residue: usize| {
         faces.is_none_or(|most| decoder.mesh().table.triangle_count() + residue <= most as usize)
     };
@@ -251,7 +252,7 @@ fn remark_on_faces(quiet: bool, name: &str, decoder: &Decoder, faces: u32) {
 }
 
 /// Where decoding ended.
-fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
+pub fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
     let contents = uwm.contents.clone();
     let (Some(level), base) = (decoder.level(), contents.base_level()) else {
         bail!("{}: there is no mesh", uwm.name);

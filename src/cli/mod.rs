@@ -7,6 +7,7 @@ mod demo;
 mod describe;
 mod encode;
 mod failure;
+mod fetch;
 mod info;
 mod input;
 mod inputs;
@@ -45,6 +46,7 @@ enum Command {
     Simplify(simplify::Args),
     View(view::Args),
     Serve(serve::Args),
+    Fetch(fetch::Args),
     Demo(demo::Args),
 }
 
@@ -60,6 +62,7 @@ pub fn run() -> ExitCode {
         Command::Simplify(args) => simplify::run(&args),
         Command::View(args) => view::run(&args),
         Command::Serve(args) => serve::run(&args),
+        Command::Fetch(args) => fetch::run(&args),
         Command::Demo(args) => demo::run(&args),
     };
     match outcome {
@@ -79,5 +82,6 @@ EXAMPLES
   unweld measure bunny.ply small.ply           how far are they from each other?
   unweld view bunny.uwm -o bunny.png           a picture of it
   unweld serve coded/                          all files of a folder over HTTP
+  unweld fetch URL -o bunny.uwm                a file from a server, or as much as is wanted
 
 Exit codes: 0 all went well, 1 the data are at fault, 2 the arguments are.";

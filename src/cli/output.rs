@@ -56,6 +56,26 @@ impl Output {
         self.file.is_none()
     }
 
+    /// The file that is replaced; `None` for standard output, devices and pipes.
+    pub fn target(&self) -> Option<&Path> {
+        self.file.as_deref().filter(|_| self.replaced)
+    }
+
+    /// Where to write to at once, bit by bit, if nothing is to be replaced.
+    ///
+    /// # Errors
+    /// Those of the medium, with the name.
+    pub fn open(&self) -> anyhow::Result<Box<dyn Write>> {
+        match &self.file {
+            None => Ok(Box::new(io::stdout())),
+            Some(file) => {
+                let file =
+                    fs::OpenOptions::new().write(true).open(file).with_context(|| self.name.clone())?;
+                Ok(Box::new(file))
+            }
+        }
+    }
+
     /// Writes; a file becomes visible once all of it is written, until then an older one stays as it is.
     ///
     /// # Errors

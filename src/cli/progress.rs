@@ -44,6 +44,14 @@ impl Progress {
         bar.set_length(total);
         bar.set_position(done.min(total));
     }
+
+    /// Takes the bar away while `work` writes to the terminal.
+    pub fn aside<T>(&self, work: impl FnOnce() -> T) -> T {
+        match &self.bar {
+            Some(bar) => bar.suspend(work),
+            None => work(),
+        }
+    }
 }
 
 /// Bars for several pieces of work, and beneath them one for all.

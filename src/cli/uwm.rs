@@ -43,6 +43,15 @@ impl Uwm {
         Self::over(bytes, name, memory)
     }
 
+    /// An open file, from its first byte.
+    ///
+    /// # Errors
+    /// As [`Uwm::open`].
+    pub fn of_file(mut file: File, name: &str, memory: u64) -> anyhow::Result<Self> {
+        file.seek(SeekFrom::Start(0)).with_context(|| name.to_owned())?;
+        Self::over(Box::new(file), name.to_owned(), memory)
+    }
+
     /// A file in memory.
     ///
     /// # Errors

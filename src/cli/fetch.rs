@@ -1,0 +1,518 @@
+//! `unweld fetch`: a file from a server, or as much of it as is wanted.
+
+mod part;
+mod steps;
+
+use super::args::{Tolerance, is_stream, size, tolerance};
+use super::decode;
+use super::describe::diagonal;
+use super::failure::{Usage, line};
+use super::numbers::{count, grouped, of_diagonal};
+use super::output::{MeshFormat, Output, remark};
+use super::progress::Progress;
+use super::serve::stopped;
+use super::uwm::Uwm;
+use anyhow::{Context, anyhow, bail};
+use bytes::Bytes;
+use part::{Held, Part};
+use reqwest::Url;
+use reqwest::header::{AUTHORIZATION, HeaderMap, HeaderName, HeaderValue};
+use serde_json::json;
+use std::fs::{self, File};
+use std::io::{self, Read, Seek, SeekFrom, Write};
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::time::Duration;
+use steps::{Step, steps};
+use unweld::Error;
+use unweld::client::{
+    FIRST_BYTES, Fault, Http, HttpOptions, Piece, RangeSource, Transfer, Version, whole_file,
+};
+use unweld::container::{Contents, Plan, Want, plan, plan_from_keyframe};
+use unweld::decoder::Until;
+
+/// Fetch a .uwm file from an HTTP server, or as much of it as is wanted
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub struct Args {
+    /// Where it is, http:// or https://
+    #[arg(value_name = "URL", value_parser = address)]
+    url: Url,
+    /// The file to write: .uwm for the bytes as they are, .ply, .obj or .stl for the mesh, - for the bytes on standard output
+    #[arg(short, long, value_name = "OUT")]
+    output: PathBuf,
+    #[command(flatten)]
+    quality: Quality,
+    /// For a mesh: where to start, from the base, or from the keyframe next to the wanted level
+    #[arg(long, value_enum, default_value = "replay")]
+    via: decode::Via,
+    /// Sent with every request; may be there several times
+    #[arg(long, value_name = "NAME:VALUE", value_parser = header)]
+    header: Vec<(HeaderName, HeaderValue)>,
+    /// The token in this file is sent as `Authorization: Bearer TOKEN`
+    #[arg(long, value_name = "FILE")]
+    token_file: Option<PathBuf>,
+    /// How long connecting may take, and how long nothing may come
+    #[arg(long, value_name = "SECONDS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
+    timeout: u32,
+    /// How often in a row to try again after a failure that may pass, after 0.5, 1, 2, 4 … seconds
+    #[arg(long, value_name = "N", default_value_t = 5)]
+    retries: u32,
+    /// Most memory to decode a mesh with, in bytes or with a suffix K, M, G
+    #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
+    max_memory: u64,
+    /// Tell what came as one JSON object
+    #[arg(long)]
+    json: bool,
+    /// Nothing but errors
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+/// How much is wanted; everything, where nothing is said.
+#[derive(Clone, Copy, clap::Args)]
+#[group(multiple = false)]
+struct Quality {
+    /// Level J, of which 0 is the finest
+    #[arg(long, value_name = "J")]
+    level: Option<u32>,
+    /// The coarsest level with at most this error: a length, or a part of the lattice's diagonal such as 0.5%
+    #[arg(long, value_name = "E", value_parser = tolerance)]
+    error: Option<Tolerance>,
+    /// No more than B bytes of the file, in whole atoms
+    #[arg(long, value_name = "B", value_parser = size)]
+    max_bytes: Option<u64>,
+}
+
+/// What is wanted of a file.
+#[derive(Clone, Copy)]
+struct Wanted {
+    quality: Quality,
+    keyframe: bool,
+    /// As a mesh: keyframes that nothing starts from are of no use.
+    mesh: bool,
+}
+
+/// What came.
+struct Got {
+    contents: Arc<Contents>,
+    plan: Plan,
+    steps: Vec<Step>,
+    version: Version,
+    received: u64,
+    requests: u64,
+    resumed: u64,
+}
+
+/// Runs the command.
+///
+/// # Errors
+/// Those of the server, of the file and of writing, and where the file has no such quality.
+pub fn run(args: &Args) -> anyhow::Result<()> {
+    let format = form(&args.output)?;
+    if args.via == decode::Via::Keyframe && (format.is_none() || args.quality.max_bytes.is_some()) {
+        return Err(
+            Usage("--via keyframe leads to a level, and to a mesh: .ply, .obj or .stl".to_owned()).into()
+        );
+    }
+    let output = Output::new(&args.output)?;
+    let wanted =
+        Wanted { quality: args.quality, keyframe: args.via == decode::Via::Keyframe, mesh: format.is_some() };
+    let mut sink = match (format, output.target()) {
+        (None, None) => Sink::Stream(output.open()?),
+        _ => Sink::Part(Part::open(&output)?),
+    };
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    let outcome = runtime.block_on(async {
+        let stop = stopped()?;
+        tokio::select! {
+            outcome = fetch(args, wanted, &output, &mut sink) => outcome,
+            () = stop => Err(anyhow!("{}: interrupted", shown(&args.url))),
+        }
+    });
+    let got = match (outcome, sink) {
+        (Ok(got), Sink::Part(part)) => {
+            match format {
+                None => part.finish(got.plan.end())?,
+                Some(format) => write_mesh(args, &got, part, format, &output)?,
+            }
+            got
+        }
+        (Ok(got), Sink::Stream(_)) => got,
+        (Err(error), Sink::Part(part)) => return Err(kept(error, part)),
+        (Err(error), Sink::Stream(_)) => return Err(error),
+    };
+    if args.json {
+        let text = format!("{:#}\n", got.json(args, &output));
+        return output.say(&text);
+    }
+    if args.quiet { Ok(()) } else { output.say(&got.summary(&output, format)) }
+}
+
+/// Where bytes go to.
+enum Sink {
+    Part(Part),
+    Stream(Box<dyn Write>),
+}
+
+/// Fetches, and begins anew as often as the file is another one.
+async fn fetch(args: &Args, wanted: Wanted, output: &Output, sink: &mut Sink) -> anyhow::Result<Got> {
+    let address = shown(&args.url);
+    let mut again = MAX_RESTARTS;
+    loop {
+        let held = match sink {
+            Sink::Part(part) => part.held(&address, |contents| wanted.plan(contents)),
+            Sink::Stream(_) => None,
+        };
+        let tagless = held.as_ref().is_some_and(|held| held.version.tag.is_none());
+        let error = match attempt(args, wanted, output, sink, held).await {
+            Ok(got) => return Ok(got),
+            Err(error) => error,
+        };
+        let changed = matches!(error.downcast_ref().and_then(Fault::of), Some(Fault::Changed));
+        // Where no tag tells versions apart, checksums do.
+        let damaged = tagless && matches!(error.downcast_ref(), Some(Error::Format(_)));
+        match sink {
+            Sink::Part(part) if (changed || damaged) && again > 0 => {
+                again -= 1;
+                part.clear()?;
+                let text = if changed { "the file was replaced".to_owned() } else { line(&error) };
+                remark(args.quiet, &format!("{address}: {text}: beginning anew"));
+            }
+            _ => return Err(error.context(address)),
+        }
+    }
+}
+
+async fn attempt(
+    args: &Args,
+    wanted: Wanted,
+    output: &Output,
+    sink: &mut Sink,
+    held: Option<Held>,
+) -> anyhow::Result<Got> {
+    let address = shown(&args.url);
+    let mut source = Source::new(args, &held)?;
+    let resumed = held.as_ref().map_or(0, |held| held.sound.iter().map(|run| run.end - run.start).sum());
+    if let (Sink::Part(part), Some(held)) = (&*sink, held) {
+        remark(
+            args.quiet,
+            &format!("{}: going on behind {} that are there", part.name, count(resumed, "byte")),
+        );
+        source.held = Some((part.reader()?, held.sound));
+    } else if let Sink::Part(part) = sink {
+        part.clear()?;
+    }
+    let first = match args.quality {
+        Quality { max_bytes: Some(most), .. } => most.clamp(1, FIRST_BYTES),
+        Quality { level: None, error: None, .. } if !wanted.keyframe => u64::MAX,
+        _ => FIRST_BYTES,
+    };
+    let mut transfer = Transfer::new(source, first, |contents: &Contents| wanted.plan(contents));
+    let mut progress = Progress::new(args.quiet);
+    let Some(Piece::Head { contents, plan, bytes }) = transfer.next().await? else {
+        bail!("there is no table of contents");
+    };
+    let version = transfer.source().http.version().cloned().unwrap_or_default();
+    let (steps, diagonal) = (steps(&contents, &plan), diagonal(&contents, None));
+    let talk = !args.quiet && !args.json;
+    if talk {
+        output.say(&head(&address, &contents))?;
+    }
+    if let (Sink::Part(part), 0) = (&mut *sink, resumed) {
+        part.begin(&address, &version)?;
+    }
+    sink.write(0, &bytes)?;
+    let (mut done, total) = (bytes.len() as u64, plan.byte_count() + bytes.len() as u64);
+    while let Some(piece) = transfer.next().await.map_err(|e| named(e, &contents))? {
+        let Piece::Atom { index, bytes } = piece else { continue };
+        let Some(atom) = contents.atoms.get(index) else { continue };
+        sink.write(atom.offset, &bytes)?;
+        done += bytes.len() as u64;
+        progress.update("fetch", done, total);
+        if let Some(step) = steps.iter().find(|step| step.atoms.end == index + 1).filter(|_| talk) {
+            progress.aside(|| output.say(&step.line(diagonal)))?;
+        }
+    }
+    let http = &transfer.source().http;
+    let (received, requests) = (http.received(), http.requests());
+    let version = http.version().cloned().unwrap_or(version);
+    if let Sink::Stream(out) = sink {
+        out.flush()?;
+    }
+    Ok(Got { contents, plan, steps, version, received, requests, resumed })
+}
+
+impl Sink {
+    /// A stream takes what comes in order.
+    fn write(&mut self, offset: u64, bytes: &[u8]) -> anyhow::Result<()> {
+        match self {
+            Self::Part(part) => part.write(offset, bytes),
+            Self::Stream(out) => out.write_all(bytes).context("standard output"),
+        }
+    }
+}
+
+impl Wanted {
+    fn plan(&self, contents: &Contents) -> unweld::Result<Plan> {
+        let (base, refuse) = (contents.base_level(), |what: String| Err(Error::Parameter(what)));
+        let level = match self.quality {
+            Quality { max_bytes: Some(most), .. } => {
+                let least = contents.base_end();
+                if most < least {
+                    return refuse(format!("the base needs {least} bytes, --max-bytes allows {most}"));
+                }
+                return Ok(plan(contents, Want::PrefixBytes(most)));
+            }
+            Quality { level: Some(level), .. } if level > base => {
+                let what = format!("there is no level {level}: the levels are 0 (finest) to {base} (base)");
+                return refuse(what);
+            }
+            Quality { level: Some(level), .. } => level,
+            Quality { error: Some(Tolerance::Absolute(most)), .. } => {
+                plan(contents, Want::MaxError(most)).level
+            }
+            Quality { error: Some(Tolerance::Percent(percent)), .. } => {
+                plan(contents, Want::MaxError(percent / 100.0 * diagonal(contents, None))).level
+            }
+            _ => 0,
+        };
+        Ok(match level {
+            _ if self.keyframe => plan_from_keyframe(contents, level),
+            0 if self.mesh => plan(contents, Want::All),
+            // Level 0 is the whole file, which any decoder takes.
+            0 => whole_file(contents),
+            _ => plan(contents, Want::Level(level)),
+        })
+    }
+}
+
+/// What is there already, then the server.
+struct Source {
+    held: Option<(File, Vec<Range<u64>>)>,
+    http: Http,
+}
+
+impl Source {
+    fn new(args: &Args, held: &Option<Held>) -> anyhow::Result<Self> {
+        let mut headers: HeaderMap = args.header.iter().cloned().collect();
+        if let Some(path) = &args.token_file {
+            headers.insert(AUTHORIZATION, token(path)?);
+        }
+        let options = HttpOptions {
+            headers,
+            timeout: Duration::from_secs(args.timeout.into()),
+            retries: args.retries,
+            version: held.as_ref().map(|held| held.version.clone()),
+            ..HttpOptions::default()
+        };
+        let (quiet, address) = (args.quiet, shown(&args.url));
+        let http = Http::new(args.url.as_str(), options)?.on_retry(move |retry| {
+            let (what, at, after) = (&retry.what, grouped(retry.at), retry.after.as_secs_f64());
+            remark(quiet, &format!("{address}: {what}; asking again from byte {at} on, in {after} s"));
+        });
+        Ok(Self { held: None, http })
+    }
+}
+
+impl RangeSource for Source {
+    async fn read(&mut self, range: Range<u64>) -> io::Result<Bytes> {
+        if let Some((file, sound)) = &mut self.held
+            && let Some(run) = sound.iter().find(|run| run.contains(&range.start))
+        {
+            let count = (range.end.min(run.end) - range.start).min(READ_BYTES);
+            let mut bytes = vec![0; count as usize];
+            file.seek(SeekFrom::Start(range.start))?;
+            file.read_exact(&mut bytes)?;
+            return Ok(bytes.into());
+        }
+        self.http.read(range).await
+    }
+
+    fn length(&self) -> Option<u64> {
+        self.http.length()
+    }
+}
+
+impl Got {
+    fn json(&self, args: &Args, output: &Output) -> serde_json::Value {
+        let Plan { level, complete, vertices, triangles, .. } = self.plan;
+        let reached = self.reached();
+        json!({
+            "url": shown(&args.url),
+            "output": output.name,
+            "etag": self.version.tag,
+            "file_bytes": self.contents.file_bytes(),
+            "bytes": self.plan.byte_count() + self.contents.header.table_end(),
+            "received_bytes": self.received,
+            "resumed_bytes": self.resumed,
+            "requests": self.requests,
+            "level": reached,
+            "complete": complete || level == reached,
+            "vertices": vertices,
+            "triangles": triangles,
+            "max_error": self.contents.level(reached).map(|level| level.max_error),
+            "steps": self.steps.iter().map(Step::json).collect::<Vec<_>>(),
+        })
+    }
+
+    /// The finest level that is complete.
+    fn reached(&self) -> u32 {
+        if self.plan.complete { self.plan.level } else { self.plan.level + 1 }
+    }
+
+    fn summary(&self, output: &Output, format: Option<MeshFormat>) -> String {
+        let (all, level) = (self.contents.file_bytes(), self.reached());
+        let bytes = self.plan.byte_count() + self.contents.header.table_end();
+        let base = self.contents.base_level();
+        let received =
+            format!("{} received in {}", count(self.received, "byte"), count(self.requests, "request"));
+        if format.is_some() {
+            return format!("  {received}\n");
+        }
+        let name = &output.name;
+        if bytes == all {
+            return format!("{name}: the whole file, {}; {received}\n", count(all, "byte"));
+        }
+        let error = self.contents.level(level).map_or(0.0, |level| level.max_error);
+        let error = of_diagonal(error, diagonal(&self.contents, None));
+        let how = match self.plan.complete {
+            true => format!("--level {level}"),
+            false => format!("--prefix-bytes {bytes}"),
+        };
+        format!(
+            "{name}: {} of {} bytes, level {level} of {base}, error at most {error}; {received}\n  \
+             it is the beginning of a file: decode it with {how}\n",
+            grouped(bytes),
+            grouped(all),
+        )
+    }
+}
+
+fn write_mesh(args: &Args, got: &Got, part: Part, format: MeshFormat, output: &Output) -> anyhow::Result<()> {
+    let mut uwm = Uwm::of_file(part.reader()?, &part.name, args.max_memory)?;
+    let until = Until { level: got.plan.level, ..Until::default() };
+    let mut progress = Progress::new(args.quiet);
+    let decoder = uwm.decode(Some(&got.plan), until, &mut progress, &mut |_, _| Ok(()))?;
+    drop(progress);
+    let (mesh, real) = decode::mesh(&decoder, None)?;
+    let lattice = &got.contents.header.lattice;
+    decode::write(&mesh, real, lattice, format, output)?;
+    part.remove();
+    for loss in format.losses(&mesh, real.is_none().then_some(lattice)) {
+        remark(args.quiet, &format!("{}: {loss}", output.name));
+    }
+    if args.quiet || args.json {
+        return Ok(());
+    }
+    let text = decode::reached(&mut uwm, &decoder)?;
+    output.say(&format!(
+        "{}: {}, {}\n  {text}\n",
+        output.name,
+        count(mesh.positions.len() as u64, "vertex"),
+        count(mesh.triangles.len() as u64, "triangle"),
+    ))
+}
+
+/// An error, and what is left of the work.
+fn kept(error: anyhow::Error, part: Part) -> anyhow::Error {
+    match part.length() {
+        Ok(1..) if part.stays() => {
+            anyhow!("{} ({} has what came; the same command goes on with it)", line(&error), part.name)
+        }
+        _ => {
+            part.remove();
+            error
+        }
+    }
+}
+
+/// A damaged atom with all its bytes.
+fn named(error: Error, contents: &Contents) -> anyhow::Error {
+    let Error::Format(fault) = &error else { return error.into() };
+    let atom = contents.atoms.iter().find(|atom| atom.offset == fault.offset && fault.section == "3.4");
+    match atom {
+        Some(atom) => {
+            let bytes = format!("bytes {} to {}", grouped(atom.offset), grouped(atom.end() - 1));
+            anyhow::Error::from(error).context(bytes)
+        }
+        None => error.into(),
+    }
+}
+
+fn head(address: &str, contents: &Contents) -> String {
+    let header = &contents.header;
+    format!(
+        "{address}: {}, levels {} to 0, {}, {}\n  table of contents: {}\n",
+        count(contents.file_bytes(), "byte"),
+        contents.base_level(),
+        count(header.vertices, "vertex"),
+        count(header.triangles, "triangle"),
+        count(header.table_end(), "byte"),
+    )
+}
+
+/// `None` for the bytes themselves.
+fn form(path: &Path) -> anyhow::Result<Option<MeshFormat>> {
+    let is_uwm = path.extension().is_some_and(|end| end.eq_ignore_ascii_case("uwm"));
+    let is_device = fs::metadata(path).is_ok_and(|there| !there.is_file() && !there.is_dir());
+    if is_uwm || is_stream(path) || (is_device && path.extension().is_none()) {
+        return Ok(None);
+    }
+    let what = || Usage(format!("{}: the name must end in .uwm, .ply, .obj or .stl", path.display()));
+    Ok(Some(MeshFormat::of(path).map_err(|_| what())?))
+}
+
+/// An address without what is secret in it.
+fn shown(url: &Url) -> String {
+    let mut url = url.clone();
+    // Neither can fail on a URL with a host.
+    let _ = (url.set_username(""), url.set_password(None));
+    url.set_query(None);
+    url.set_fragment(None);
+    url.to_string()
+}
+
+fn address(text: &str) -> Result<Url, String> {
+    match Url::parse(text) {
+        Ok(url) if ["http", "https"].contains(&url.scheme()) => Ok(url),
+        _ => Err("an address such as https://example.org/bunny.uwm".to_owned()),
+    }
+}
+
+fn header(text: &str) -> Result<(HeaderName, HeaderValue), String> {
+    let what = || "NAME:VALUE in ASCII, such as X-Api-Key:secret".to_owned();
+    let (name, value) = text.split_once(':').ok_or_else(what)?;
+    let mut value = HeaderValue::from_str(value.trim()).map_err(|_| what())?;
+    value.set_sensitive(true);
+    Ok((name.trim().parse().map_err(|_| what())?, value))
+}
+
+fn token(path: &Path) -> anyhow::Result<HeaderValue> {
+    let name = || path.display().to_string();
+    let text = fs::read_to_string(path).with_context(name)?;
+    let mut tokens = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let (Some(token), None) = (tokens.next(), tokens.next()) else {
+        bail!("{}: there must be one token in it", name());
+    };
+    let mut value = HeaderValue::from_str(&format!("Bearer {token}")).with_context(name)?;
+    value.set_sensitive(true);
+    Ok(value)
+}
+
+/// A file that is replaced more often than this while it is fetched is given up.
+const MAX_RESTARTS: u32 = 3;
+/// Bytes read at a time of what is there already.
+const READ_BYTES: u64 = 64 << 10;
+
+const EXAMPLES: &str = "\
+EXAMPLES
+  unweld fetch https://example.org/bunny.uwm -o bunny.uwm               the whole file
+  unweld fetch https://example.org/bunny.uwm -o early.uwm --max-bytes 20K
+  unweld fetch https://example.org/bunny.uwm -o bunny.ply --error 0.5%   a mesh, of no more bytes than it takes
+  unweld fetch https://example.org/bunny.uwm -o lod.obj --level 8 --via keyframe
+  unweld fetch http://localhost:8080/meshes/bunny.uwm -o - --token-file token | unweld info -
+
+What broke off is taken up again by the same command: OUT.part and OUT.part.json hold what came, and of which version.
+Any server that answers Range requests will do; one that does not is read from the first byte as far as is wanted.";

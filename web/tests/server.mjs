@@ -20,15 +20,16 @@ export async function serve(files, folder) {
     if (file.status) return void response.writeHead(file.status).end();
     const { bytes, etag } = file;
     const headers = { "content-type": "model/vnd.unweld", "cache-control": "no-store", ...(etag ? { etag } : {}) };
-    const [, from] = /^bytes=(\d+)-$/.exec(request.headers.range ?? "") ?? [];
+    const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "") ?? [];
     const stands = !request.headers["if-range"] || request.headers["if-range"] === etag;
     if (from !== undefined && file.short) return void response.writeHead(416).end();
     const ranged = from !== undefined && file.ranges !== false && stands;
     const start = ranged ? Number(from) : 0;
-    if (ranged) headers["content-range"] = `bytes ${start}-${bytes.length - 1}/${bytes.length}`;
-    response.writeHead(ranged ? 206 : 200, { ...headers, "content-length": bytes.length - start });
+    const last = ranged && to ? Math.min(bytes.length, Number(to) + 1) : bytes.length;
+    if (ranged) headers["content-range"] = `bytes ${start}-${last - 1}/${bytes.length}`;
+    response.writeHead(ranged ? 206 : 200, { ...headers, "content-length": last - start });
     response.flushHeaders();
-    const end = Math.min(bytes.length, start + (file.breakAfter ?? Infinity));
+    const end = Math.min(last, start + (file.breakAfter ?? Infinity));
     const piece = file.rate ? Math.max(1, Math.round(file.rate / 50)) : 16384;
     for (let at = start; at < end && !response.destroyed; at += piece) {
       const more = response.write(bytes.subarray(at, Math.min(end, at + piece)));
@@ -36,7 +37,7 @@ export async function serve(files, folder) {
       else if (!more) await new Promise((resolve) => response.once("drain", resolve).once("close", resolve));
       file.sent = (file.sent ?? 0) + Math.min(piece, end - at);
     }
-    if (end === bytes.length) return void response.end();
+    if (end === last) return void response.end();
     file.onBreak?.(file);
     setTimeout(() => response.destroy(), 20);
   });

@@ -34,8 +34,8 @@ export class UnweldGeometry extends BufferGeometry<
   /** When vertices were appended last, on `clock`. */
   lastBorn = -Infinity;
   /**
-   * The level to make room for, `null` for what is wanted. Where a coarser level is shown that leaves more than half of the room empty, there
-   * is a smaller one.
+   * The level to make room for, `null` for what is wanted. Where a coarser level is shown, what it leaves empty of the room is given up: without a
+   * level here, only if that is more than half of it.
    */
   room: number | null = null;
   /** When all that is wanted first is there. */
@@ -155,7 +155,8 @@ export class UnweldGeometry extends BufferGeometry<
     const room = this.getAttribute("position")?.count ?? 0;
     const most = this.#most();
     const [v, t] = [Math.max(vertices, most.vertices), Math.max(triangles, most.triangles)];
-    if (room <= 2 * v && (this.index?.count ?? 0) <= 6 * t) return;
+    const spare = this.room === null ? 2 : 1;
+    if (room <= spare * v && (this.index?.count ?? 0) <= 3 * spare * t) return;
     // Only so does the renderer give back its buffers.
     this.#releasing = true;
     this.dispatchEvent({ type: "dispose" });

@@ -27,6 +27,8 @@ export class UnweldLoader extends Loader<UnweldGeometry> {
   levels = false;
   /** Whether new vertices slide to their places: for materials that `geomorph` has changed. */
   morph = false;
+  /** Bytes that `open` asks for first: mostly header, table of contents and base. */
+  head = 16_384;
   /** How often in a row a lost connection is tried again. */
   retries = 5;
   /** Where `worker.js` and `unweld.wasm` are, if not beside the script. */
@@ -112,7 +114,7 @@ export class UnweldLoader extends Loader<UnweldGeometry> {
       jumps: this.morph,
       relative: this.relative,
       levels: this.levels || waits,
-      ...(waits ? { head: HEAD } : {}),
+      ...(waits ? { head: this.head } : {}),
       retries: this.retries,
       request: {
         headers: this.requestHeader,
@@ -153,6 +155,3 @@ export function geomorph(material: Material): { time: { value: number }; seconds
   };
   return slide;
 }
-
-/** Bytes asked for first where only a part will be wanted: mostly header, table of contents and base. */
-const HEAD = 16_384;

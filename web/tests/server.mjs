@@ -9,8 +9,9 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/cs
 /**
  * `files`: by path, `{ bytes, etag, breakAfter, ranges, status, rate }`. `breakAfter`: bytes after which every connection is cut;
  * `ranges`: false for a server that does not know them; `short`: every range lies behind the end; `rate`: bytes a second. `folder`: served for all other paths.
+ * Port 0 is any.
  */
-export async function serve(files, folder) {
+export async function serve(files, folder, port = 0) {
   const requests = [];
   const server = createServer(async (request, response) => {
     const path = decodeURIComponent(new URL(request.url, "http://host").pathname);
@@ -41,7 +42,7 @@ export async function serve(files, folder) {
     file.onBreak?.(file);
     setTimeout(() => response.destroy(), 20);
   });
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  await new Promise((resolve) => server.listen(port, "127.0.0.1", resolve));
   return {
     url: `http://127.0.0.1:${server.address().port}`,
     requests,

@@ -30,8 +30,8 @@ export declare class UnweldGeometry extends BufferGeometry<Record<string, Buffer
     /** When vertices were appended last, on `clock`. */
     lastBorn: number;
     /**
-     * The level to make room for, `null` for what is wanted. Where a coarser level is shown that leaves more than half of the room empty, there
-     * is a smaller one.
+     * The level to make room for, `null` for what is wanted. Where a coarser level is shown, what it leaves empty of the room is given up: without a
+     * level here, only if that is more than half of it.
      */
     room: number | null;
     /** When all that is wanted first is there. */

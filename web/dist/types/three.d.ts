@@ -25,6 +25,8 @@ export declare class UnweldLoader extends Loader<UnweldGeometry> {
     levels: boolean;
     /** Whether new vertices slide to their places: for materials that `geomorph` has changed. */
     morph: boolean;
+    /** Bytes that `open` asks for first: mostly header, table of contents and base. */
+    head: number;
     /** How often in a row a lost connection is tried again. */
     retries: number;
     /** Where `worker.js` and `unweld.wasm` are, if not beside the script. */

@@ -13,6 +13,8 @@ const stage = new Stage(element<HTMLCanvasElement>("view"));
 const timeline = new Timeline(element<HTMLCanvasElement>("timeline"));
 const loader = new UnweldLoader();
 loader.relative = loader.levels = loader.morph = true;
+// A lost connection is told after three attempts; then it is the reader who tries again.
+loader.retries = 2;
 
 let geometry: UnweldGeometry | null = null;
 let current = "";
@@ -62,6 +64,12 @@ function load(address: string): void {
 function refined(delta: Delta): void {
   const { contents, level, triangles, bytes } = delta;
   const total = contents.wanted;
+  if (bytes < state.bytes) {
+    // The file has become another one and begins anew.
+    [state.triangles, state.firstBytes, chosen] = [0, 0, null];
+    timeline.begin();
+    stage.fit();
+  }
   const arrived = { bytes, triangles: Math.max(state.triangles, triangles) };
   Object.assign(state, { ...arrived, total: total.end, complete: delta.complete });
   if (!state.firstBytes && triangles > 0) state.firstBytes = bytes;
@@ -95,14 +103,18 @@ async function show(): Promise<void> {
 
 function failed(error: unknown): void {
   say(error instanceof Error ? error.message : String(error));
-  if (!(error instanceof ConnectionError) || !geometry) return;
+  if (!(error instanceof ConnectionError)) return;
+  const stopped = geometry;
+  say(`The connection was lost after ${sizeOf(error.received)}${stopped ? "; what is shown stays" : ""}. `);
   const again = document.createElement("button");
+  again.type = "button";
   again.textContent = "go on";
   again.onclick = () => {
     say("");
-    geometry?.resume().catch(failed);
+    if (!stopped) load(current);
+    else stopped.resume().catch((error: unknown) => stopped === geometry && failed(error));
   };
-  message.append(" ", again);
+  message.append(again);
 }
 
 function say(text: string): void {

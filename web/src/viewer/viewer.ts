@@ -21,6 +21,8 @@ let current = "";
 /** The level chosen, `null` for whatever is the finest. */
 let chosen: number | null = null;
 let showing = false;
+/** What tells the file from another. */
+let known = "";
 
 /** For tests and the curious. */
 const state = { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, longestTask: 0, longestApply: 0, drawn: stage.drawn };
@@ -37,7 +39,7 @@ new PerformanceObserver((list) => {
 function load(address: string): void {
   current = address;
   loader.abort();
-  [geometry, chosen] = [null, null];
+  [geometry, chosen, known] = [null, null, ""];
   Object.assign(state, { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0 });
   say("");
   slider.disabled = true;
@@ -64,16 +66,18 @@ function load(address: string): void {
 function refined(delta: Delta): void {
   const { contents, level, triangles, bytes } = delta;
   const total = contents.wanted;
-  if (bytes < state.bytes) {
+  const told = JSON.stringify([contents.fileBytes, contents.vertices, contents.min, contents.max]);
+  if (known && told !== known) {
     // The file has become another one and begins anew.
     [state.triangles, state.firstBytes, chosen] = [0, 0, null];
     timeline.begin();
     stage.fit();
   }
+  known = told;
   const arrived = { bytes, triangles: Math.max(state.triangles, triangles) };
   Object.assign(state, { ...arrived, total: total.end, complete: delta.complete });
   if (!state.firstBytes && triangles > 0) state.firstBytes = bytes;
-  element("triangles").textContent = `${triangles.toLocaleString("en")} / ${total.triangles.toLocaleString("en")}`;
+  element("triangles").textContent = `${triangles.toLocaleString("en")} / ${Math.max(triangles, total.triangles).toLocaleString("en")}`;
   element("bytes").textContent = `${sizeOf(bytes)} / ${sizeOf(total.end)}`;
   element("error").textContent = level ? errorOf(level.rmsError, delta) : "–";
   slider.max = String(contents.levels.length - 1);

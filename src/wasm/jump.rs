@@ -98,4 +98,19 @@ mod tests {
         assert_eq!(apart(x, [[1.0, 2.0, 0.0], [1.0, 2.0, 0.0]]), 2.0, "a point");
         assert_eq!(apart(x, [[5.0, 4.0, 0.0], [5.0, 9.0, 0.0]]), 5.0, "beside both ends");
     }
+
+    #[test]
+    fn one_flip() {
+        let fan = [1, 2, 3, 4, 5].map(|k| [0, k, k % 5 + 1]);
+        let table = CornerTable::from_triangles(6, &fan).unwrap();
+        let mut places = [[0.0; 3]; 6];
+        (places[1], places[2], places[3]) = ([1.0, -1.0, 0.0], [3.0, 0.0, 2.0], [1.0, 1.0, 0.0]);
+        let jump = |flips: &[[u32; 3]]| {
+            let flips: Vec<_> = flips.iter().map(|flip| flip.map(Vertex)).collect();
+            of_flips(&table, &flips, |v| places[v.index()])
+        };
+        // From (1, 0, 0) to the line along (3, 0, 2).
+        assert!((jump(&[[0, 1, 3]]) - 2.0 / 13_f64.sqrt()).abs() < 1e-12);
+        assert_eq!(jump(&[]), 0.0, "without a flip nothing jumps");
+    }
 }

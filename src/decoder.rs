@@ -10,7 +10,7 @@ use crate::codec::walk::Walk;
 use crate::container::{Contents, Metadata, Parsed, Parser, Plan};
 use crate::error::{Error, FormatError, Result};
 use crate::limits::Limits;
-use crate::mesh::IndexedMesh;
+use crate::mesh::{IndexedMesh, Vertex};
 use crate::refine::{ProgressiveMesh, Site};
 use session::Session;
 use std::collections::VecDeque;
@@ -53,6 +53,8 @@ pub struct Delta {
     pub vertices: Range<u32>,
     /// Where each of them was inserted: on an edge, in a triangle, or outside a boundary edge.
     pub parents: Vec<Site>,
+    /// The flips that followed, in order: the vertex inserted, and the start and end of the link edge that was flipped.
+    pub flips: Vec<[Vertex; 3]>,
     /// Vertices moved by a precision pass, ascending.
     pub moved: Vec<u32>,
     /// Triangles appended.

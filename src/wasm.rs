@@ -4,6 +4,7 @@
 //! it depends on the machine: the arrays are the same everywhere.
 
 mod changes;
+mod jump;
 mod report;
 mod surface;
 
@@ -11,9 +12,11 @@ use crate::codec::residue::Residue;
 use crate::container::{Contents, Plan, Want, plan};
 use crate::decoder::{Decoder, Delta, Event, Options};
 use crate::error::Result;
+use crate::mesh::Vertex;
 use crate::refine::Site;
 pub use changes::Changes;
 use changes::Marks;
+use jump::Jumps;
 use std::sync::Arc;
 use surface::Surface;
 
@@ -27,11 +30,13 @@ pub struct Settings {
     pub relative: bool,
     /// Whether [`Client::coarsen`] will be wanted.
     pub undo: bool,
+    /// Whether [`Changes::jump`] is wanted.
+    pub jumps: bool,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { want: Want::All, relative: false, undo: false }
+        Self { want: Want::All, relative: false, undo: false, jumps: false }
     }
 }
 
@@ -43,6 +48,12 @@ pub struct Client {
     /// The first bytes, until header and table of contents are known.
     head: Option<Vec<u8>>,
     plan: Option<Plan>,
+    /// Bytes behind what is wanted.
+    held: Vec<u8>,
+    /// Bytes of the file that the decoder has been given.
+    given: u64,
+    /// Whether it has been told that all that is wanted is there.
+    ended: bool,
     /// What the residue adds to level 0.
     surface: Surface,
     /// Vertices and triangles that [`Client::take`] has told.
@@ -52,6 +63,7 @@ pub struct Client {
     rewritten: Marks,
     /// Where the vertices behind those told began: positions relative to the lattice, in its steps.
     from: Vec<[f32; 3]>,
+    jumps: Jumps,
     reports: Vec<serde_json::Value>,
 }
 
@@ -63,22 +75,47 @@ impl Client {
             settings,
             head: Some(Vec::new()),
             plan: None,
+            held: Vec::new(),
+            given: 0,
+            ended: false,
             surface: Surface::default(),
             told: [0; 2],
             moved: Marks::default(),
             turned: Marks::default(),
             rewritten: Marks::default(),
             from: Vec::new(),
+            jumps: Jumps::default(),
             reports: Vec::new(),
         }
     }
 
-    /// Hands over the next bytes. Those behind [`Client::end`] are not needed.
+    /// Hands over the next bytes. Those behind [`Client::end`] are not needed; they wait until they are wanted.
     pub fn push(&mut self, bytes: &[u8]) {
-        if let Some(head) = &mut self.head {
-            head.extend_from_slice(bytes);
+        match &mut self.head {
+            Some(head) => {
+                head.extend_from_slice(bytes);
+                self.decoder.push(bytes);
+            }
+            None => {
+                self.held.extend_from_slice(bytes);
+                self.feed();
+            }
         }
-        self.decoder.push(bytes);
+    }
+
+    /// Wants something else from now on. What has been decoded stays, be it more than that.
+    pub fn want(&mut self, want: Want) {
+        self.settings.want = want;
+        if let (Some(contents), Some(_)) = (self.decoder.contents(), &self.plan) {
+            let plan = plan(contents, want);
+            if self.plan.as_ref() == Some(&plan) {
+                return;
+            }
+            self.reports.push(report::other(&plan));
+            self.plan = Some(plan);
+            self.ended = false;
+            self.feed();
+        }
     }
 
     /// Decodes up to the next event; `false` where more bytes are needed, or none are expected.
@@ -88,7 +125,13 @@ impl Client {
     pub fn poll(&mut self) -> Result<bool> {
         match self.decoder.poll() {
             Ok(Some(event)) => self.note(event),
-            Ok(None) => return Ok(false),
+            Ok(None) => {
+                if self.ended || !self.is_satisfied() {
+                    return Ok(false);
+                }
+                self.ended = true;
+                self.reports.push(report::end());
+            }
             Err(error) => {
                 self.reports.push(report::fault(&error, self.decoder.contents()));
                 return Err(error);
@@ -102,6 +145,9 @@ impl Client {
     /// # Errors
     /// As [`Decoder::finish`]; the fault is reported too.
     pub fn finish(&mut self) -> Result<()> {
+        if self.is_satisfied() {
+            return Ok(());
+        }
         let outcome = self.decoder.finish();
         if let Err(error) = &outcome {
             self.reports.push(report::fault(error, self.decoder.contents()));
@@ -132,6 +178,7 @@ impl Client {
         let changes = self.changes(&contents);
         self.told = self.counts();
         self.from.clear();
+        self.jumps = Jumps::default();
         for marks in [&mut self.moved, &mut self.turned, &mut self.rewritten] {
             marks.clear();
         }
@@ -194,12 +241,13 @@ impl Client {
             Event::Level { level, .. } => {
                 let contents = self.decoder.contents().cloned();
                 self.reports.extend(contents.map(|contents| report::level(&contents, level)));
+                self.jumps.end_level();
             }
             Event::Residue => self.residue(),
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
             Event::Correction | Event::Order => {}
             Event::Metadata => self.reports.extend(self.decoder.metadata().map(report::metadata)),
-            Event::Stopped | Event::End => self.reports.push(report::end()),
+            Event::Stopped | Event::End => {}
         }
     }
 
@@ -207,28 +255,56 @@ impl Client {
     fn set_out(&mut self, contents: Arc<Contents>) {
         let plan = plan(&contents, self.settings.want);
         self.reports.push(report::contents(&contents, &plan));
-        let head = self.head.take().unwrap_or_default();
-        let table_end = usize::try_from(contents.header.table_end()).unwrap_or(usize::MAX);
-        self.decoder = Decoder::of_plan(contents, &plan, self.settings.options());
-        self.decoder.push(head.get(table_end..).unwrap_or_default());
+        self.held = self.head.take().unwrap_or_default();
+        self.given = contents.header.table_end();
+        self.held
+            .drain(..usize::try_from(self.given).map_or(self.held.len(), |end| end.min(self.held.len())));
+        let whole = self::plan(&contents, Want::All);
+        self.decoder = Decoder::of_plan(contents, &whole, self.settings.options());
         self.plan = Some(plan);
+        self.feed();
+    }
+
+    /// Gives the decoder what is wanted of the bytes that wait.
+    fn feed(&mut self) {
+        let room = self.end().unwrap_or(0).saturating_sub(self.given);
+        let count = usize::try_from(room).map_or(self.held.len(), |room| room.min(self.held.len()));
+        self.decoder.push(&self.held[..count]);
+        self.held.drain(..count);
+        self.given += count as u64;
+    }
+
+    /// Whether the decoder has been given all that is wanted. It ends with an atom, so that all of it is decoded once nothing more comes of it.
+    fn is_satisfied(&self) -> bool {
+        self.end().is_some_and(|end| self.given >= end)
     }
 
     fn refined(&mut self, delta: &Delta) {
         let mesh = self.decoder.mesh();
         for site in &delta.parents {
-            let middle = |parents: &[crate::mesh::Vertex]| {
+            let middle = |parents: &[Vertex]| {
                 let mut sum = [0.0; 3];
-                for v in parents {
-                    let p = mesh.positions[v.index()];
-                    sum = [0, 1, 2].map(|k| sum[k] + f64::from(p[k]) / parents.len() as f64);
+                for &v in parents {
+                    let p = self.beginning(v);
+                    sum = [0, 1, 2].map(|k| sum[k] + p[k] / parents.len() as f64);
                 }
                 sum.map(|x| x as f32)
             };
-            self.from.push(match *site {
+            let place = match *site {
                 Site::Edge(a, b) | Site::Attach(a, b) => middle(&[a, b]),
                 Site::Face(a, b, c) => middle(&[a, b, c]),
-            });
+            };
+            self.from.push(place);
+        }
+        if self.settings.jumps {
+            let jump = jump::of_flips(&mesh.table, &delta.flips, |v| self.beginning(v));
+            self.jumps.operations(jump);
+        }
+        if let (false, Some(contents), Some(level)) =
+            (delta.moved.is_empty(), self.decoder.contents(), self.decoder.level())
+        {
+            let precision = |level: u32| contents.level(level).map_or(0, |entry| entry.precision);
+            self.jumps.precision(precision(level), precision(level.saturating_sub(1)));
         }
         let [told_vertices, told_triangles] = self.told;
         let table = &mesh.table;
@@ -248,11 +324,21 @@ impl Client {
             if v < told_vertices {
                 self.moved.add(v);
             }
-            for v in table.link(crate::mesh::Vertex(v)).into_iter().chain([crate::mesh::Vertex(v)]) {
+            for v in table.link(Vertex(v)).into_iter().chain([Vertex(v)]) {
                 if v.0 < told_vertices {
                     self.turned.add(v.0);
                 }
             }
+        }
+    }
+
+    /// Where a vertex lies before those that have not been told set out: in steps of the lattice. Where all is new, nothing sets out.
+    fn beginning(&self, v: Vertex) -> [f64; 3] {
+        let [told, _] = self.told;
+        let begun = v.0.checked_sub(told).filter(|_| told > 0).and_then(|k| self.from.get(k as usize));
+        match begun {
+            Some(place) => place.map(f64::from),
+            None => self.decoder.mesh().positions[v.index()].map(f64::from),
         }
     }
 
@@ -302,6 +388,7 @@ impl Client {
             indices: (first_triangle..triangles).flat_map(indices).collect(),
             rewritten: self.rewritten.list().to_vec(),
             rewritten_indices: self.rewritten.list().iter().flat_map(|&t| indices(t)).collect(),
+            jump: if first_vertex > 0 { (self.jumps.sum() * lattice.step) as f32 } else { 0.0 },
         }
     }
 }

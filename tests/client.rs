@@ -2,7 +2,8 @@
 
 use unweld::container::Want;
 use unweld::decoder::{Options, decode};
-use unweld::encoder::{Encoder, Options as Encoding};
+use unweld::encoder::{Encoder, Options as Encoding, Preview};
+use unweld::mesh::distance::{Sampling, surface_distances};
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::wasm::{Changes, Client, Settings};
 
@@ -25,6 +26,16 @@ impl Copy {
         scatter(&mut self.normals, &changes.turned, &changes.turned_normals);
         scatter(&mut self.triangles, &changes.rewritten, &changes.rewritten_indices);
         assert!(self.triangles.iter().flatten().all(|&v| (v as usize) < vertices));
+    }
+
+    /// The mesh, with the vertices just appended where they begin.
+    fn surface(&self, begin: Option<&Changes>) -> IndexedMesh {
+        let mut positions: Vec<_> = self.positions.iter().map(|p| p.map(f64::from)).collect();
+        if let Some(changes) = begin {
+            positions.truncate(changes.first_vertex as usize);
+            positions.extend(changes.from.chunks_exact(3).map(|x| [x[0], x[1], x[2]].map(f64::from)));
+        }
+        IndexedMesh { positions, triangles: self.triangles.clone(), ..IndexedMesh::default() }
     }
 
     /// The triangles as positions, each from its smallest corner on, sorted.
@@ -163,6 +174,69 @@ fn only_what_is_wanted() {
     assert_eq!(copy.triangles.len(), contents.level(3).unwrap().triangles as usize);
     assert_eq!(client.end(), Some(contents.bytes(contents.steps(3)).end));
     assert!(report.contains(r#""type":"end""#) && !report.contains(r#""type":"residue""#));
+}
+
+#[test]
+fn what_is_wanted_may_change() {
+    let file = file(&shapes::bumpy_sphere(3, 1));
+    let whole = follow(&file, file.len(), 1, Settings::default()).1.soup();
+    let settings = Settings { want: Want::Level(u32::MAX), ..Settings::default() };
+    let (mut client, mut copy, report) = follow(&file, 100, 1, settings);
+    let contents = client.decoder().contents().unwrap().clone();
+    assert_eq!(copy.triangles.len(), contents.header.base_triangles as usize);
+    assert_eq!(report.matches(r#""type":"end""#).count(), 1);
+    for (want, level) in [(Want::Level(4), 4), (Want::Level(4), 4), (Want::Level(6), 4), (Want::Level(1), 1)]
+    {
+        client.want(want);
+        while client.poll().unwrap() {}
+        client.finish().unwrap();
+        copy.apply(&client.take());
+        assert_eq!(copy.triangles.len(), contents.level(level).unwrap().triangles as usize, "{want:?}");
+        // All bytes have been handed over: what is behind was kept.
+        let ends = client.report().matches(r#""type":"end""#).count();
+        assert!(ends <= 1, "the end is told once, and not again where the same is wanted");
+    }
+    client.want(Want::All);
+    while client.poll().unwrap() {}
+    copy.apply(&client.take());
+    assert_eq!(copy.soup(), whole);
+}
+
+#[test]
+fn new_vertices_begin_no_further_from_the_surface_than_is_told() {
+    let preview = Encoding { position_bits: 12, preview: Preview::Coarse, ..Encoding::default() };
+    let coarse = Encoder::new(preview).encode_to_vec(&shapes::bumpy_sphere(3, 1)).unwrap();
+    let plain = meshes().iter().take(2).map(file).collect::<Vec<_>>();
+    let mut near = 0.0_f64;
+    for file in plain.iter().chain([&coarse]) {
+        for every in [1, 3, 10] {
+            let settings = Settings { jumps: true, ..Settings::default() };
+            let (mut client, mut copy) = (Client::new(settings), Copy::default());
+            client.push(file);
+            for event in 1.. {
+                let more = client.poll().unwrap();
+                if more && event % every != 0 {
+                    continue;
+                }
+                let changes = client.take();
+                let before = copy.surface(None);
+                copy.apply(&changes);
+                if changes.first_vertex > 0 {
+                    let begun = copy.surface(Some(&changes));
+                    let sampling = Sampling { samples: 2000, ..Sampling::default() };
+                    let ways = surface_distances(&before, &begun, &sampling, &mut |_, _| {}).unwrap();
+                    let most = ways[0].max.max(ways[1].max);
+                    let jump = f64::from(changes.jump);
+                    assert!(most <= jump + 1e-5, "{most} is more than {jump}");
+                    near = near.max(if jump > 1e-3 { most / jump } else { 0.0 });
+                }
+                if !more {
+                    break;
+                }
+            }
+        }
+    }
+    assert!(near > 0.3, "the bound is worth something: {near}");
 }
 
 #[test]

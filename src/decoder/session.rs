@@ -397,6 +397,8 @@ impl Session {
                 .rewritten
                 .extend(inserted.star.iter().map(|c| c.triangle().0).filter(|&t| t < first_triangle));
             delta.parents.push(inserted.site);
+            let flipped = inserted.flips.iter().zip(&inserted.ends);
+            delta.flips.extend(flipped.map(|(&p, &q)| [inserted.vertex, p, q]));
             if let Some(log) = &mut self.log {
                 log.push(inserted);
             }
@@ -426,8 +428,8 @@ impl Session {
 
 /// Operations that the budget is debited for at a time.
 const CHUNK: u32 = 1024;
-/// What an event holds for one operation: its parents, and the triangles of its star.
-const BYTES_AN_EVENT: usize = 64;
+/// What an event holds for one operation: its parents, its flips, and the triangles of its star.
+const BYTES_AN_EVENT: usize = 128;
 
 /// What the whole of level 0 takes for a triangle: its half of a vertex and itself, and the walk to find them by.
 const BYTES_OF_WHOLE: usize = 48;

@@ -34,6 +34,9 @@ pub struct Changes {
     pub rewritten: Vec<u32>,
     /// Their vertices.
     pub rewritten_indices: Vec<u32>,
+    /// How far the surface is at most from what it was, while the vertices appended still lie where they began; in the units of the
+    /// input. 0 where that was not to be told.
+    pub jump: f32,
 }
 
 /// A set of numbers that keeps the order in which they came.

@@ -21,14 +21,14 @@ pub fn contents(contents: &Contents, plan: &Plan) -> Value {
         "levels": levels,
         "tableEnd": header.table_end(),
         "fileBytes": contents.file_bytes(),
-        "wanted": {
-            "level": plan.level,
-            "vertices": plan.vertices,
-            "triangles": plan.triangles,
-            "end": plan.end(),
-        },
+        "wanted": wanted(plan),
         "attributes": [{ "name": "position", "components": 3 }, { "name": "normal", "components": 3 }],
     })
+}
+
+/// What will be decoded is something else now.
+pub fn other(plan: &Plan) -> Value {
+    json!({ "type": "wanted", "wanted": wanted(plan) })
 }
 
 /// A level is complete.
@@ -96,6 +96,15 @@ pub fn fault(error: &Error, contents: Option<&Arc<Contents>>) -> Value {
         _ => value["kind"] = "other".into(),
     }
     value
+}
+
+fn wanted(plan: &Plan) -> Value {
+    json!({
+        "level": plan.level,
+        "vertices": plan.vertices,
+        "triangles": plan.triangles,
+        "end": plan.end(),
+    })
 }
 
 fn of_level(contents: &Contents, level: u32) -> Value {

@@ -2,11 +2,13 @@ import { ConnectionError } from "./errors.js";
 import { WorkerPool } from "./pool.js";
 import type { Decoding } from "./session.js";
 import { Source, type Input, type SourceOptions } from "./source.js";
-import type { Contents, Delta, Settings } from "./types.js";
+import type { Contents, Delta, Settings, Until } from "./types.js";
 
 export interface DecodeOptions extends Settings, SourceOptions {
   /** Where to decode: by default workers that all meshes share. */
   pool?: WorkerPool;
+  /** Whether the stream stays open when all that is wanted is there, for `want`: until `close`. With `levels` it does anyway. */
+  keep?: boolean;
 }
 
 /**
@@ -23,7 +25,7 @@ export function decode(input: Input, options: DecodeOptions = {}): MeshStream {
   return new MeshStream(input, options);
 }
 
-/** A mesh on its way. It can be iterated once, and again after a `ConnectionError`: then it goes on where it was. */
+/** A mesh on its way. It can be iterated once, and again after a `ConnectionError` or `want`: then it goes on where it was. */
 export class MeshStream implements AsyncIterableIterator<Delta> {
   /** What the file holds, from the first delta on. */
   contents: Contents | null = null;
@@ -32,17 +34,21 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   readonly #decoding: Decoding;
   #pump: Promise<void> | null = null;
   #error: unknown = null;
+  /** How often something else was wanted, and what to call when it is. */
+  #wants = 0;
+  #wake: (() => void) | null = null;
   #state: "open" | "complete" | "closed" = "open";
   readonly #abort = () => this.close();
 
   constructor(input: Input, options: DecodeOptions) {
     this.#options = options;
     this.#source = new Source(input, options);
-    const { until, relative, levels, wasm } = options;
+    const { until, relative, levels, jumps, wasm } = options;
     const settings: Settings = {};
     if (until) settings.until = until;
     if (relative) settings.relative = relative;
     if (levels) settings.levels = levels;
+    if (jumps) settings.jumps = jumps;
     if (wasm) settings.wasm = wasm;
     this.#decoding = (options.pool ?? shared()).open(settings);
     options.signal?.addEventListener("abort", this.#abort, { once: true });
@@ -51,6 +57,11 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   /** Bytes received so far. */
   get received(): number {
     return this.#source.received;
+  }
+
+  /** Whether there is more to iterate over. */
+  get isOpen(): boolean {
+    return this.#state === "open";
   }
 
   /** Whether positions are relative to `contents.min`. */
@@ -72,7 +83,6 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
       signal?.throwIfAborted();
       if (delta) {
         this.contents = delta.contents;
-        this.#source.expected = delta.contents.wanted.end;
         return { done: false, value: delta };
       }
     } catch (error) {
@@ -87,9 +97,7 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
       throw error;
     }
     if (this.#state === "open") this.#state = "complete";
-    this.#source.cancel();
-    // With levels the decoder is still wanted: until `close`.
-    if (!this.#options.levels) this.close();
+    if (!this.#options.levels && !this.#options.keep) this.close();
     return { done: true, value: undefined };
   }
 
@@ -97,6 +105,23 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   async return(): Promise<IteratorResult<Delta, undefined>> {
     this.close();
     return { done: true, value: undefined };
+  }
+
+  /**
+   * Wants more or less from now on. Where it is more than there is, iterate again, or go on doing so: only bytes that are missing are
+   * fetched, by Range. Where it is less, what is there stays, and the stream ends early; `show` goes down.
+   */
+  async want(until: Until): Promise<void> {
+    if (this.#state === "closed") throw new TypeError("the stream is closed");
+    const contents = await this.#decoding.want(until);
+    if (contents) {
+      this.contents = contents;
+      this.#source.expected = contents.wanted.end;
+      if (this.#source.isSatisfied) this.#source.rest();
+    }
+    if (this.#state === "complete") this.#state = "open";
+    this.#wants++;
+    this.#wake?.();
   }
 
   /**
@@ -115,23 +140,28 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
     this.#options.signal?.removeEventListener("abort", this.#abort);
     this.#source.cancel();
     this.#decoding.close();
+    this.#wake?.();
   }
 
-  /** Reads until all that is wanted is there; an error waits until what came before it is decoded. */
+  /** Reads what is wanted, and waits until more is; an error waits until what came before it is decoded. */
   async #run(): Promise<void> {
+    const source = this.#source;
     try {
       await this.#decoding.end("no");
-      while (this.#state === "open") {
-        const { expected, received } = this.#source;
-        if (expected !== null && received >= expected) break;
-        const bytes = await this.#source.read();
-        if (this.#state !== "open") return;
-        if (bytes === null) break;
+      while (this.#state !== "closed") {
+        const wants = this.#wants;
+        if (source.isSatisfied) {
+          source.rest();
+          if (wants === this.#wants) await new Promise<void>((resolve) => (this.#wake = resolve));
+          continue;
+        }
+        const bytes = await source.read();
         if (bytes === "restart") await this.#decoding.restart();
-        else await this.#decoding.push(bytes);
+        else if (bytes) source.expected = (await this.#decoding.push(bytes)) ?? source.expected;
+        else if (source.isOver) await this.#decoding.end("for good");
       }
-      await this.#decoding.end("for good");
     } catch (error) {
+      if (this.#state === "closed") return;
       this.#error = error;
       await this.#decoding.end("for now").catch(() => {});
     }

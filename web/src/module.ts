@@ -5,6 +5,7 @@ import type { Settings, Until } from "./types.js";
 interface Exports {
   memory: WebAssembly.Memory;
   unweld_new(flags: number, want: number, value: number): void;
+  unweld_want(want: number, value: number): void;
   unweld_room(length: number): number;
   unweld_push(length: number): void;
   unweld_poll(): number;
@@ -32,6 +33,7 @@ export interface Changes {
   indices: Uint32Array;
   rewritten: Uint32Array;
   rewrittenIndices: Uint32Array;
+  jump: number;
 }
 
 /** Compiles the module, once for each address. */
@@ -53,7 +55,12 @@ export class Decoder {
   constructor(module: WebAssembly.Module, settings: Settings) {
     this.#exports = new WebAssembly.Instance(module).exports as unknown as Exports;
     const [want, value] = wanted(settings.until ?? {});
-    this.#exports.unweld_new((settings.relative ? 1 : 0) | (settings.levels ? 2 : 0), want, value);
+    const flags = (settings.relative ? 1 : 0) | (settings.levels ? 2 : 0) | (settings.jumps ? 4 : 0);
+    this.#exports.unweld_new(flags, want, value);
+  }
+
+  want(until: Until): void {
+    this.#exports.unweld_want(...wanted(until));
   }
 
   push(bytes: Uint8Array): void {
@@ -80,7 +87,7 @@ export class Decoder {
   take(): Changes {
     const at = this.#exports.unweld_take() >>> 0;
     const memory = this.#exports.memory.buffer;
-    const table = new Uint32Array(memory, at, 24);
+    const table = new Uint32Array(memory, at, 25);
     const floats = (k: number) => new Float32Array(memory, table[k]!, table[k + 1]!).slice();
     const numbers = (k: number) => new Uint32Array(memory, table[k]!, table[k + 1]!).slice();
     return {
@@ -98,6 +105,7 @@ export class Decoder {
       indices: numbers(18),
       rewritten: numbers(20),
       rewrittenIndices: numbers(22),
+      jump: new Float32Array(memory, at, 25)[24]!,
     };
   }
 

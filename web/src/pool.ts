@@ -2,7 +2,7 @@
 
 import { errorOf, LimitError, type Fault } from "./errors.js";
 import { Session, type Decoding } from "./session.js";
-import type { Delta, Settings } from "./types.js";
+import type { Contents, Delta, Settings } from "./types.js";
 import type { Answer, Call } from "./worker.js";
 
 /** A number of workers, made when they are wanted. */
@@ -67,8 +67,9 @@ class Remote {
       push: (bytes) => {
         // A piece of a larger buffer is copied: the rest of the buffer may be someone's.
         const own = bytes.byteLength === bytes.buffer.byteLength ? bytes : bytes.slice();
-        return call("push", own, [own.buffer]);
+        return call<number | null>("push", own, [own.buffer]);
       },
+      want: (until) => call<Contents | null>("want", until),
       end: (ended) => call("end", ended),
       restart: () => call("restart"),
       next: () => call<Delta | null>("next"),

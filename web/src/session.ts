@@ -2,12 +2,14 @@
 
 import { errorOf, type Fault } from "./errors.js";
 import { compile, Decoder } from "./module.js";
-import type { Contents, Delta, Level, Metadata, Residue, Settings } from "./types.js";
+import type { Contents, Delta, Level, Metadata, Residue, Settings, Until } from "./types.js";
 
 /** What decodes a mesh: a session on this thread, or one in a worker. */
 export interface Decoding {
-  /** Hands over the next bytes; resolves as soon as there is room for more. */
-  push(bytes: Uint8Array): Promise<void>;
+  /** Hands over the next bytes; resolves as soon as there is room for more: with the byte at which what is wanted ends, if known. */
+  push(bytes: Uint8Array): Promise<number | null>;
+  /** Wants something else from now on; resolves with what is then told, if the file is known. */
+  want(until: Until): Promise<Contents | null>;
   /** Says whether more bytes will come; where they do not, for now or for good, `next` does not wait for them. */
   end(ended: Ended): Promise<void>;
   /** Forgets all bytes: the file begins anew. */
@@ -22,7 +24,7 @@ export interface Decoding {
 export type Ended = "no" | "for now" | "for good";
 
 export class Session implements Decoding {
-  readonly #settings: Settings;
+  #settings: Settings;
   #decoder: Promise<Decoder>;
   #queue: Uint8Array[] = [];
   #queued = 0;
@@ -33,7 +35,9 @@ export class Session implements Decoding {
   /** Levels left by `show`, that shown last. */
   #lowered: number[] = [];
   #fault: Error | null = null;
+  /** Bytes given to the decoder, and those of them that it was to decode. */
   #bytes = 0;
+  #decoded = 0;
   #contents: Contents | null = null;
   #level: Level | null = null;
   #residue: Residue | null = null;
@@ -49,13 +53,26 @@ export class Session implements Decoding {
     this.#decoder = this.#new();
   }
 
-  async push(bytes: Uint8Array): Promise<void> {
-    this.#queue.push(bytes);
+  async push(bytes: Uint8Array): Promise<number | null> {
+    for (let at = 0; at < bytes.byteLength; at += PIECE) this.#queue.push(bytes.subarray(at, at + PIECE));
     this.#queued += bytes.byteLength;
     this.#dry = false;
     this.#ended = "no";
     this.#stir();
-    while (this.#queued > MOST_QUEUED) await this.#stirred();
+    const waits = () => (this.#contents ? this.#queued > MOST_QUEUED && !this.#isSatisfied() : !this.#dry && !this.#fault);
+    while (waits()) await this.#stirred();
+    return this.#contents?.wanted.end ?? null;
+  }
+
+  async want(until: Until): Promise<Contents | null> {
+    this.#settings = { ...this.#settings, until };
+    const decoder = await this.#current();
+    this.#count();
+    decoder.want(until);
+    this.#note(decoder);
+    this.#dry = false;
+    this.#stir();
+    return this.#contents;
   }
 
   async end(ended: Ended): Promise<void> {
@@ -66,7 +83,7 @@ export class Session implements Decoding {
   async restart(): Promise<void> {
     this.#decoder = this.#new();
     this.#queue = [];
-    this.#queued = this.#bytes = 0;
+    this.#queued = this.#bytes = this.#decoded = 0;
     this.#ended = "no";
     this.#lowered = [];
     this.#levels = [];
@@ -78,7 +95,7 @@ export class Session implements Decoding {
 
   async next(): Promise<Delta | null> {
     for (;;) {
-      const decoder = await this.#decoder;
+      const decoder = await this.#current();
       if (this.#lowered.length === 0) {
         if (this.#any && this.#contents) return this.#delta(decoder);
         if (this.#fault) throw this.#fault;
@@ -95,7 +112,7 @@ export class Session implements Decoding {
   }
 
   async show(level: number | null): Promise<Delta> {
-    const decoder = await this.#decoder;
+    const decoder = await this.#current();
     const target = level ?? -1;
     const at = () => this.#lowered[this.#lowered.length - 1] ?? this.#level?.level ?? Infinity;
     while (at() < target) {
@@ -119,6 +136,23 @@ export class Session implements Decoding {
     this.#stir();
   }
 
+  /** The decoder; not one that `restart` has replaced meanwhile. */
+  async #current(): Promise<Decoder> {
+    for (;;) {
+      const decoder = this.#decoder;
+      const ready = await decoder;
+      if (decoder === this.#decoder) return ready;
+    }
+  }
+
+  #isSatisfied(): boolean {
+    return this.#contents !== null && this.#bytes >= this.#contents.wanted.end;
+  }
+
+  #count(): void {
+    this.#decoded = Math.max(this.#decoded, Math.min(this.#bytes, this.#contents?.wanted.end ?? 0));
+  }
+
   #new(): Promise<Decoder> {
     const decoder = compile(this.#settings.wasm).then((module) => new Decoder(module, this.#settings));
     decoder.catch(() => {});
@@ -131,7 +165,7 @@ export class Session implements Decoding {
     this.#working = true;
     try {
       for (;;) {
-        const decoder = await this.#decoder;
+        const decoder = await this.#current();
         const rests = this.#dry || this.#complete || this.#fault || this.#lowered.length > 0;
         if (rests || decoder.waiting() >= MOST_NUMBERS) break;
         this.#slice(decoder);
@@ -156,7 +190,7 @@ export class Session implements Decoding {
         if (this.#fault || this.#complete) return;
         continue;
       }
-      const bytes = this.#queue.shift();
+      const bytes = this.#isSatisfied() ? undefined : this.#queue.shift();
       this.#dry = !bytes;
       if (!bytes) return;
       decoder.push(bytes);
@@ -172,7 +206,10 @@ export class Session implements Decoding {
       else if (type === "level") this.#levels.push((this.#level = what as unknown as Level));
       else if (type === "residue") this.#residue = what as unknown as Residue;
       else if (type === "metadata") this.#metadata = what as unknown as Metadata;
-      else if (type === "end") this.#complete = true;
+      else if (type === "wanted" && this.#contents) {
+        this.#contents = { ...this.#contents, ...(what as unknown as Pick<Contents, "wanted">) };
+        this.#complete = false;
+      } else if (type === "end") this.#complete = true;
       else if (type === "fault") this.#fault = errorOf(what as unknown as Fault);
     }
   }
@@ -181,6 +218,7 @@ export class Session implements Decoding {
     const contents = this.#contents;
     if (!contents) throw new Error("there is no mesh before the table of contents");
     const changes = decoder.take();
+    this.#count();
     const levels = this.#levels.splice(0);
     this.#any = false;
     this.#stir();
@@ -191,6 +229,7 @@ export class Session implements Decoding {
       firstVertex: changes.firstVertex,
       appended: { position: changes.positions, normal: changes.normals },
       from: changes.from,
+      jump: changes.jump,
       changed: {
         position: { vertices: changes.moved, values: changes.movedPositions },
         normal: { vertices: changes.turned, values: changes.turnedNormals },
@@ -201,7 +240,7 @@ export class Session implements Decoding {
       contents,
       level: lowered === undefined ? this.#level : (contents.levels[lowered] ?? null),
       levels,
-      bytes: Math.min(this.#bytes, contents.wanted.end),
+      bytes: this.#decoded,
       residue: this.#residue,
       metadata: this.#metadata,
       complete: this.#complete,
@@ -234,6 +273,8 @@ export function buffersOf(delta: Delta): ArrayBuffer[] {
 
 /** Bytes that wait to be decoded before no more are read. */
 const MOST_QUEUED = 4 << 20;
+/** Bytes given to the decoder at a time, so that it is seen soon where what is wanted ends. */
+const PIECE = 1 << 18;
 /** Numbers that one delta holds, about: the page takes some milliseconds to apply them. */
 const MOST_NUMBERS = 800_000;
 /** Milliseconds of decoding between two looks at what else is wanted. */

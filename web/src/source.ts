@@ -21,6 +21,8 @@ export interface SourceOptions {
   retries?: number | undefined;
   /** For requests that this package makes. */
   request?: RequestInit | undefined;
+  /** Bytes to ask for first, when only a part will be wanted; by default the answer is cut off where it is no longer wanted. */
+  head?: number | undefined;
 }
 
 interface Reader {
@@ -32,15 +34,22 @@ interface Reader {
 export class Source {
   /** Bytes returned by `read` since the last `"restart"`. */
   received = 0;
-  /** Bytes that there must be, once known: less is a connection lost. */
+  /** Bytes that are wanted, once known: less is a connection lost, and no more are asked for. */
   expected: number | null = null;
+  /** Whether the input has ended. */
+  isOver = false;
   /** Where to ask again; empty where that is impossible. */
   url = "";
   readonly #options: SourceOptions;
   readonly #input: Input;
+  readonly #cancelled = new AbortController();
   #reader: Reader | null = null;
   #begun = false;
   #skip = 0;
+  /** Where the part of the file ends that the server was asked for; `null` for all of it. */
+  #bound: number | null = null;
+  /** Bytes of the whole file, if the server has told. */
+  #size: number | null = null;
   #failures = 0;
   #validator: string | null = null;
   #request: Request | null = null;
@@ -51,16 +60,24 @@ export class Source {
     if (typeof input === "string" || input instanceof URL) this.url = String(input);
   }
 
+  /** Whether there is nothing to read: what is wanted is there, or the input has ended. */
+  get isSatisfied(): boolean {
+    return this.isOver || (this.expected !== null && this.received >= this.expected);
+  }
+
   /** The next bytes; `null` at the end; `"restart"` where the file is another one now and begins anew. */
   async read(): Promise<Uint8Array | "restart" | null> {
     for (;;) {
-      this.#options.signal?.throwIfAborted();
+      if (this.isSatisfied || this.#cancelled.signal.aborted) return null;
       try {
         if (!this.#reader && (await this.#open()) === "restart") return "restart";
-        const { done, value } = await this.#reader!.read();
+        const reader: Reader = this.#reader!;
+        const { done, value } = await reader.read();
+        // It was let go of meanwhile.
+        if (reader !== this.#reader) continue;
         if (done) {
-          if (!this.url || this.expected === null || this.received >= this.expected) return null;
-          throw new TypeError(`it ended ${this.expected - this.received} bytes early`);
+          this.#end();
+          continue;
         }
         const skipped = Math.min(this.#skip, value!.byteLength);
         this.#skip -= skipped;
@@ -69,20 +86,26 @@ export class Source {
         this.received += value!.byteLength - skipped;
         return skipped ? value!.slice(skipped) : value!;
       } catch (error) {
-        this.#options.signal?.throwIfAborted();
+        if (this.#cancelled.signal.aborted) return null;
         if (error instanceof HttpError && !isPassing(error.status)) throw error;
         this.#drop();
         if (!this.url || ++this.#failures > (this.#options.retries ?? 5)) {
           this.#failures = 0;
           throw new ConnectionError(this.url, this.received, error);
         }
-        await pause(500 * 2 ** (this.#failures - 1), this.#options.signal);
+        await pause(500 * 2 ** (this.#failures - 1), this.#cancelled.signal);
       }
     }
   }
 
+  /** Lets go of the connection, if it can be taken up again; else it waits. */
+  rest(): void {
+    if (this.url && this.#validator !== null) this.#drop();
+  }
+
   /** Reads no further. */
   cancel(): void {
+    this.#cancelled.abort();
     this.#drop();
   }
 
@@ -91,6 +114,14 @@ export class Source {
     this.#reader = null;
     this.#skip = 0;
     Promise.resolve(reader?.cancel()).catch(() => {});
+  }
+
+  /** An answer is over: with it the file, or the part that was asked for. */
+  #end(): void {
+    const missing = (this.#bound ?? this.expected ?? 0) - this.received;
+    if (this.url && missing > 0) throw new TypeError(`it ended ${missing} bytes early`);
+    this.#reader = null;
+    this.isOver = this.#bound === null || this.#bound === this.#size;
   }
 
   async #open(): Promise<"restart" | void> {
@@ -107,47 +138,66 @@ export class Source {
         this.url = input.url;
         this.#request = input;
       }
-      this.#take(await this.#fetch(new Headers()));
+      return this.#again();
     } else this.#reader = readerOf(input);
   }
 
-  /** Takes up a broken connection. */
+  /** Asks for the file from its start, or takes up a connection. */
   async #again(): Promise<"restart" | void> {
     const { received } = this;
     const headers = new Headers();
     const validator = this.#validator;
-    if (received > 0 && validator) {
-      headers.set("Range", `bytes=${received}-`);
-      headers.set("If-Range", validator);
+    const ranged = received > 0 ? validator !== null : this.#options.head !== undefined;
+    if (ranged) {
+      headers.set("Range", `bytes=${received}-${this.#last()}`);
+      if (received > 0) headers.set("If-Range", validator!);
     }
     const response = await this.#fetch(headers);
-    if (response.status === 206) {
-      const [, first] = /^bytes (\d+)-/.exec(response.headers.get("content-range") ?? "") ?? [];
-      if (validatorOf(response) === validator && Number(first) === received) return this.#take(response);
-      await response.body?.cancel();
-      this.#validator = null;
-      return this.#again();
+    if (ranged && response.status === 206) {
+      const told = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(response.headers.get("content-range") ?? "");
+      const same = received === 0 || validatorOf(response) === validator;
+      if (told && same && Number(told[1]) === received) {
+        this.#take(response);
+        this.#bound = Number(told[2]) + 1;
+        this.#size = told[3] === "*" ? null : Number(told[3]);
+        return;
+      }
     }
-    if (response.status === 416 && validator !== null) {
-      // Shorter than what was received: another file, whatever the server says.
-      await response.body?.cancel();
-      this.#validator = null;
-      return this.#again();
+    if (ranged && (response.status === 206 || response.status === 416)) {
+      // Nothing behind what was received, or something else: another file, whatever the server says. Or an empty one.
+      response.body?.cancel().catch(() => {});
+      return this.#whole();
     }
     // The whole file: the same one from a server that does not know ranges, or another one.
     const same = validator !== null && validatorOf(response) === validator;
     this.#take(response);
     if (same) this.#skip = received;
-    else if (received > 0) {
-      this.received = 0;
-      this.expected = null;
-      return "restart";
-    }
+    else return this.#anew();
+  }
+
+  /** Asks for the whole file without conditions. */
+  async #whole(): Promise<"restart" | void> {
+    this.#take(await this.#fetch(new Headers()));
+    return this.#anew();
+  }
+
+  #anew(): "restart" | void {
+    if (this.received === 0) return;
+    this.received = 0;
+    this.expected = null;
+    return "restart";
+  }
+
+  /** The last byte to ask for: of what is wanted, or until that is known, a little more than before. Empty for all of them. */
+  #last(): number | "" {
+    const { head } = this.#options;
+    if (this.expected !== null) return this.expected - 1;
+    return head === undefined ? "" : this.received + Math.max(head, 3 * this.received) - 1;
   }
 
   async #fetch(headers: Headers): Promise<Response> {
-    const { request, signal } = this.#options;
-    const init: RequestInit = { ...request, signal: signal ?? null };
+    const { request } = this.#options;
+    const init: RequestInit = { ...request, signal: this.#cancelled.signal };
     new Headers(this.#request?.headers).forEach((value, name) => headers.set(name, value));
     new Headers(request?.headers).forEach((value, name) => headers.set(name, value));
     return fetch(this.#request?.clone() ?? this.url, { ...init, headers });
@@ -159,6 +209,7 @@ export class Source {
       response.body?.cancel().catch(() => {});
       throw new HttpError(this.url, response.status, response.statusText);
     }
+    this.#bound = this.#size = null;
     this.#validator = validatorOf(response);
     this.#reader = response.body?.getReader() ?? readerOf([]);
   }
@@ -183,14 +234,14 @@ function readerOf(input: AsyncIterable<Uint8Array> | Iterable<Uint8Array>): Read
   };
 }
 
-function pause(milliseconds: number, signal: AbortSignal | undefined): Promise<void> {
+function pause(milliseconds: number, signal: AbortSignal): Promise<void> {
   return new Promise((resolve) => {
     const done = () => {
       clearTimeout(timer);
-      signal?.removeEventListener("abort", done);
+      signal.removeEventListener("abort", done);
       resolve();
     };
     const timer = setTimeout(done, milliseconds);
-    signal?.addEventListener("abort", done);
+    signal.addEventListener("abort", done);
   });
 }

@@ -18,7 +18,7 @@ export interface Contents {
   readonly tableEnd: number;
   /** Bytes of the whole file. */
   readonly fileBytes: number;
-  /** What will be decoded of it; its bytes are the first `end` of the file. */
+  /** What will be decoded of it; its bytes are the first `end` of the file. `MeshStream.want` changes it. */
   readonly wanted: { readonly level: number; readonly vertices: number; readonly triangles: number; readonly end: number };
   /** The attributes of a vertex that deltas have. */
   readonly attributes: readonly { readonly name: string; readonly components: number }[];
@@ -55,6 +55,11 @@ export interface Delta {
   readonly appended: Readonly<Record<string, Float32Array>>;
   /** Where the vertices appended lay on the surface before: in the middle of the edge that was split. Three numbers a vertex. */
   readonly from: Float32Array;
+  /**
+   * How far the surface lies at most from the one before, while the vertices appended are still at `from`: 0 where no flip followed a
+   * split and no coordinates became sharper. In the units of the input; 0 without the option `jumps`. What the residue adds is not counted.
+   */
+  readonly jump: number;
   /** By name of the attribute, values of vertices that were there. */
   readonly changed: Readonly<Record<string, Changed>>;
   /** The first triangle appended. */
@@ -98,9 +103,9 @@ export interface Metadata {
   readonly diagonal: number;
 }
 
-/** How far to decode: all where nothing is said. No byte more than that takes is fetched. */
+/** How far to decode: all where nothing is said, or by the first of these. No byte more than that takes is decoded. */
 export interface Until {
-  /** Down to this level. */
+  /** Down to this level; `Infinity` for the base alone. */
   level?: number;
   /** Down to the coarsest level with at most this error, in the units of the input. */
   error?: number;
@@ -115,6 +120,8 @@ export interface Settings {
   relative?: boolean;
   /** Whether `show` will be used: it takes some 40 bytes a vertex more. */
   levels?: boolean;
+  /** Whether `jump` is wanted. */
+  jumps?: boolean;
   /** Where `unweld.wasm` is, if not beside the script. */
   wasm?: string | URL;
 }

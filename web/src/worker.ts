@@ -1,13 +1,13 @@
 // The worker: sessions by number, called by messages.
 
 import { buffersOf, Session, type Ended } from "./session.js";
-import type { Delta, Settings } from "./types.js";
+import type { Delta, Settings, Until } from "./types.js";
 
 /** A call of a session's method; `open` and `close` make and end one. */
 export interface Call {
   session: number;
   call: number;
-  method: "open" | "push" | "end" | "restart" | "next" | "show" | "close";
+  method: "open" | "push" | "want" | "end" | "restart" | "next" | "show" | "close";
   argument?: unknown;
 }
 
@@ -24,8 +24,8 @@ addEventListener("message", async ({ data }: MessageEvent<Call>) => {
   const { session: number, call, method, argument } = data;
   try {
     const value = await carryOut(number, method, argument);
-    const delta = value as Delta | null | undefined;
-    post({ call, value }, delta?.indices ? buffersOf(delta) : []);
+    const delta = value as Partial<Delta> | null | undefined;
+    post({ call, value }, delta?.indices ? buffersOf(delta as Delta) : []);
   } catch (error) {
     const { name, message } = error as Error;
     post({ call, error: { ...(error as object), name, message } }, []);
@@ -42,6 +42,8 @@ function carryOut(number: number, method: Call["method"], argument: unknown): un
       return session.close();
     case "push":
       return session.push(argument as Uint8Array);
+    case "want":
+      return session.want(argument as Until);
     case "end":
       return session.end(argument as Ended);
     case "show":

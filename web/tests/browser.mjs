@@ -2,6 +2,7 @@
 // `node tests/browser.mjs [FILE.uwm] [FOLDER FOR PICTURES]`
 
 import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
 import { existsSync } from "node:fs";
 import { mkdir, mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
@@ -30,7 +31,7 @@ const sphere = await readFile(local("../../tests/golden/sphere.uwm"));
 const bad = Buffer.from(sphere);
 const { value: first } = await decode(sphere, { pool: new WorkerPool(0) }).next();
 bad[first.contents.levels[3].end] ^= 1;
-const plain = Object.fromEntries(["sphere", "again", "once"].map((name) => [`/${name}.uwm`, { bytes: sphere, etag: '"1"' }]));
+const plain = Object.fromEntries(["sphere", "again", "once", "far", "near", "beside"].map((name) => [`/${name}.uwm`, { bytes: sphere, etag: '"1"' }]));
 const files = {
   ...plain,
   [`/meshes/${name}`]: mesh,
@@ -61,7 +62,7 @@ try {
     page.on("pageerror", (error) => faults.push(error));
     page.on("console", (told) => told.type() === "error" && faults.push(told.text()));
     await page.setViewportSize(size);
-    await page.goto(`${server.url}/${address}`);
+    await page.goto(new URL(address, `${server.url}/`).href);
     return { page, faults };
   };
   const state = (page) => page.evaluate(() => ({ ...globalThis.unweld, drawn: { ...globalThis.unweld.drawn } }));
@@ -96,7 +97,10 @@ try {
   const lost = await open({ width: 1280, height: 800 }, "?src=meshes/no.uwm");
   await lost.page.waitForFunction(() => document.getElementById("message").textContent.includes("404"));
 
+  await killed(open, shoot, { width: 1280, height: 800 }, "wide", file);
+  await killed(open, shoot, { width: 390, height: 844 }, "narrow", local("../../tests/golden/torus.uwm"));
   await loader(await context.newPage());
+  await scene(await context.newPage());
 
   console.log(
     `${name}: first triangles after ${early.firstBytes} of ${early.total} bytes, ${late.triangles} in the end; ` +
@@ -109,13 +113,131 @@ try {
   await rm(profile, { recursive: true, force: true });
 }
 
-/** The loader, in a page of three.js. */
-async function loader(page) {
+/** A server that is killed in mid-stream: the mesh stays, the page says so, and goes on; with another file it begins anew. */
+async function killed(open, shoot, size, name, then) {
+  const served = async (port, rate, path) => {
+    const child = spawn(process.execPath, [local("served.mjs"), port, rate, path, "mesh.uwm"], { stdio: ["ignore", "pipe", "inherit"] });
+    const url = await new Promise((resolve) => child.stdout.once("data", (text) => resolve(String(text).trim())));
+    return { child, url };
+  };
+  const first = await served(0, Math.max(200, Math.round(bytes.length / 4)), file);
+  const { page } = await open(size, `${first.url}/?src=meshes/mesh.uwm`);
+  await page.waitForFunction(() => globalThis.unweld.triangles > 0);
+  first.child.kill("SIGKILL");
+  await page.waitForSelector("#message button", { timeout: 20_000 });
+  const told = await page.evaluate(() => ({ ...globalThis.unweld, message: document.getElementById("message").textContent }));
+  assert.match(told.message, /^The connection was lost after .*go on$/);
+  assert.ok(told.triangles > 0 && told.bytes < told.total && !told.complete);
+  const counted = await page.textContent("#triangles");
+  assert.equal(counted.split(" / ")[0], told.triangles.toLocaleString("en"), "the mesh of the last delta is shown");
+  const drawn = await page.evaluate(() => globalThis.unweld.drawn.count);
+  const button = await page.locator("#message button").boundingBox();
+  assert.ok(button.y + button.height <= size.height && button.x + button.width <= size.width, "the button is on the screen");
+  await page.waitForTimeout(400);
+  await shoot(page, `${name}-killed`);
+  // Still away: it is told again. Then it is there.
+  await page.click("#message button");
+  await page.waitForSelector("#message button", { state: "hidden" });
+  await page.waitForSelector("#message button", { timeout: 20_000 });
+  const second = await served(new URL(first.url).port, 0, then);
+  await page.click("#message button");
+  await page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  const whole = await (async () => {
+    let last;
+    for await (const delta of decode(new Uint8Array(await readFile(then)), { pool: new WorkerPool(0) })) last = delta;
+    return last;
+  })();
+  const after = await page.evaluate(() => ({ ...globalThis.unweld, drawn: globalThis.unweld.drawn.count }));
+  assert.deepEqual([after.triangles, after.bytes, after.total], [whole.triangles, whole.bytes, whole.contents.wanted.end]);
+  await page.waitForTimeout(400);
+  assert.ok((await page.evaluate(() => globalThis.unweld.drawn.count)) > drawn);
+  assert.equal(await page.isVisible("#message"), false);
+  await shoot(page, `${name}-went-on`);
+  second.child.kill("SIGKILL");
+  await page.close();
+}
+
+/** Three meshes with a planner: who gets bytes when, and who goes down. */
+async function scene(page) {
+  await prepare(page);
+  const before = server.requests.length;
+  const told = await page.evaluate(async (head) => {
+    const { Mesh, PerspectiveCamera } = await import("three");
+    const { pixelError, UnweldLoader, UnweldPlanner } = await import("/three.js");
+    const loader = new UnweldLoader().setWorkerLimit(1);
+    loader.head = head;
+    const planner = new UnweldPlanner({ pixels: 8, lanes: 1, segment: 1 });
+    const camera = new PerspectiveCamera(40, 1, 0.1, 1000);
+    camera.updateMatrixWorld();
+    const meshes = ["far", "near", "beside"].map((name) => {
+      const mesh = new Mesh(loader.open(`${name}.uwm`));
+      planner.add(mesh);
+      return mesh;
+    });
+    const [far, near, beside] = meshes;
+    planner.onError = (mesh, error) => console.error(String(error));
+    const place = (mesh, x, z) => (mesh.position.set(x, 0, z), mesh.updateMatrixWorld());
+    place(far, 0, -40), place(near, 0, -3), place(beside, 500, -3);
+    const settled = async () => {
+      for (let calm = 0; calm < 20; calm++) {
+        const { steps } = planner.update(camera, 600);
+        if (steps.some(({ read }) => read !== null)) calm = 0;
+        await new Promise((resolve) => setTimeout(resolve, 10));
+      }
+      return meshes.map((mesh) => ({
+        level: mesh.geometry.last.level.level,
+        finest: mesh.geometry.finest,
+        triangles: mesh.geometry.triangles,
+        bytes: mesh.geometry.bytes,
+        drawn: mesh.geometry.drawRange.count / 3,
+        error: pixelError(mesh, camera, 600),
+      }));
+    };
+    const first = await settled();
+    place(near, 0, -40), place(far, 0, -3);
+    const second = await settled();
+    const all = second.reduce((sum, { bytes }) => sum + bytes, 0);
+    planner.budget = all - 1;
+    const third = await settled();
+    const levels = near.geometry.contents.levels;
+    planner.budget = Infinity;
+    const fourth = await settled();
+    return { first, second, third, fourth, levels, all, pixels: planner.last.pixels };
+  }, first.contents.levels.at(-1).end);
+  const { levels } = told;
+  const asked = server.requests.slice(before).filter(({ headers }) => headers.range).map(({ path }) => path.slice(1, -4));
+  assert.deepEqual(asked.slice(0, 3), ["far", "near", "beside"], "first a shape of each");
+  const [far, near, beside] = told.first;
+  const turns = asked.slice(3);
+  assert.equal(turns[0], "near", "then the worst on the screen");
+  assert.ok(!turns.includes("beside"), "nothing for what is out of view");
+  assert.ok(far.error <= 8 && (near.error <= 8 || near.level === 0) && near.level < far.level);
+  assert.deepEqual([beside.level, beside.error], [levels.length - 1, 0]);
+  for (const { level, triangles, drawn } of [...told.first, ...told.second, ...told.third, ...told.fourth]) {
+    assert.deepEqual([triangles, drawn], [levels[level].triangles, levels[level].triangles]);
+  }
+  // They have changed places: the one that is far now goes down, to no more than its own level before or the slack above it.
+  const [close, gone] = told.second;
+  assert.equal(close.level, near.level);
+  assert.ok(gone.level > near.level && gone.triangles < near.triangles && gone.error <= 8);
+  assert.equal(gone.finest, near.level, "its finer levels are there still");
+  assert.ok(told.third.reduce((sum, { bytes }) => sum + bytes, 0) < told.all, "the budget is kept");
+  assert.ok(told.third[0].level > close.level || told.third[1].level > gone.level);
+  assert.deepEqual([told.fourth[0].level, told.pixels], [close.level, 8], "and up again when there is more");
+}
+
+/** A page of three.js. */
+async function prepare(page) {
   const three = (name) => ({ path: local(`../node_modules/three/build/${name}`), contentType: "text/javascript" });
   for (const name of ["three.module.js", "three.core.js"]) await page.route(`**/${name}`, (route) => route.fulfill(three(name)));
   const html = `<script type="importmap">{ "imports": { "three": "/three.module.js" } }</script>`;
   await page.route("**/page.html", (route) => route.fulfill({ body: html, contentType: "text/html" }));
   await page.goto(`${server.url}/page.html`);
+}
+
+/** The loader, in a page of three.js. */
+async function loader(page) {
+  await prepare(page);
   const told = await page.evaluate(async () => {
     const { UnweldLoader } = await import("/three.js");
     const { decode } = await import("/unweld.js");

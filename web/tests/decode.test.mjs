@@ -20,6 +20,8 @@ async function mirrorOf(input, options = {}) {
 
 /** Bytes of the sphere that leave some of it out. */
 const most = (await mirrorOf(sphere)).last.contents.levels[1].end;
+/** Bytes of the sphere without its keyframes. */
+const { end } = (await mirrorOf(sphere)).last.contents.wanted;
 
 async function* pieces(bytes, size) {
   for (let at = 0; at < bytes.length; at += size) {
@@ -170,7 +172,10 @@ test("connections that break are taken up where they broke", async () => {
     const mirror = await mirrorOf(`${url}/mesh.uwm`);
     assert.equal(mirror.exact(), (await mirrorOf(sphere)).exact());
     const ranges = requests.map(({ headers }) => headers.range);
-    assert.deepEqual(ranges.slice(0, 3), [undefined, "bytes=300-", "bytes=600-"]);
+    assert.equal(ranges[0], undefined);
+    // The table of contents is longer than the first piece, or not: what is wanted may be known or not.
+    ranges.slice(1).forEach((range, k) => assert.match(range, new RegExp(`^bytes=${300 * (k + 1)}-(${end - 1})?$`)));
+    assert.equal(ranges.length, Math.ceil(end / 300));
     assert.ok(requests.slice(1).every(({ headers }) => headers["if-range"] === '"1"'));
   });
 });
@@ -188,7 +193,7 @@ test("a file that has become another one begins anew", async () => {
   file.onBreak = () => Object.assign(file, { bytes: torus, etag: '"2"', breakAfter: undefined });
   await within({ "/mesh.uwm": file }, async ({ url, requests }) => {
     const mirror = await mirrorOf(`${url}/mesh.uwm`);
-    assert.equal(requests[1].headers.range, `bytes=${most}-`);
+    assert.equal(requests[1].headers.range, `bytes=${most}-${end - 1}`);
     assert.equal(mirror.exact(), (await mirrorOf(torus)).exact());
   });
 });
@@ -238,4 +243,125 @@ test("a server that says there is nothing behind what was received has another f
   await within({ "/mesh.uwm": file }, async ({ url }) => {
     assert.equal((await mirrorOf(`${url}/mesh.uwm`)).exact(), (await mirrorOf(torus)).exact());
   });
+});
+
+test("what is wanted may grow, and only what is missing is asked for", async () => {
+  await within({ "/mesh.uwm": { bytes: torus, etag: '"1"' } }, async ({ url, requests }) => {
+    const whole = await mirrorOf(torus);
+    const { levels, wanted } = whole.last.contents;
+    const [mirror, stream] = [new Mirror(), decode(`${url}/mesh.uwm`, { pool, keep: true, head: 100, until: { level: Infinity } })];
+    const follow = async () => {
+      for await (const delta of stream) mirror.apply(delta);
+    };
+    await follow();
+    assert.equal(mirror.triangles, levels.at(-1).triangles, "the base alone");
+    assert.equal(mirror.last.complete, true);
+    for (const level of [levels.length - 2, 3, 2]) {
+      await stream.want({ level });
+      await follow();
+      assert.deepEqual([mirror.triangles, mirror.last.level.level, mirror.last.bytes], [levels[level].triangles, level, levels[level].end]);
+      assert.equal(stream.received, levels[level].end, "not a byte more");
+    }
+    await stream.want({ level: 4 });
+    await follow();
+    assert.equal(mirror.triangles, levels[2].triangles, "what is there stays");
+    await stream.want({});
+    await follow();
+    assert.deepEqual([mirror.exact(), mirror.last.bytes], [whole.exact(), wanted.end]);
+    const ranges = requests.map(({ headers }) => headers.range);
+    assert.deepEqual(ranges.slice(-3), [[4, 3], [3, 2], [2, -1]].map(([, to], k) => {
+      const from = [levels[levels.length - 2].end, levels[3].end, levels[2].end][k];
+      return `bytes=${from}-${(to < 0 ? wanted.end : levels[to].end) - 1}`;
+    }));
+    stream.close();
+    await assert.rejects(stream.want({}), /closed/);
+  });
+});
+
+test("what is wanted changes while it is on its way", async () => {
+  const whole = await mirrorOf(sphere);
+  for (const input of [sphere, () => pieces(sphere, 7)]) {
+    const [mirror, stream] = [new Mirror(), decode(typeof input === "function" ? input() : input, { pool, keep: true, until: { level: Infinity } })];
+    const asked = [];
+    do {
+      for await (const delta of stream) {
+        mirror.apply(delta);
+        const next = delta.level && delta.level.level - 1;
+        if (next !== null && next >= 0 && !asked.includes(next)) {
+          asked.push(next);
+          await stream.want(next > 0 ? { level: next } : {});
+        }
+      }
+    } while (stream.isOpen);
+    assert.equal(mirror.exact(), whole.exact());
+    stream.close();
+  }
+});
+
+test("less is wanted: the stream ends early, and a second want goes on", async () => {
+  await within({ "/mesh.uwm": { bytes: sphere, etag: '"1"', rate: 1500 } }, async ({ url, requests }) => {
+    const [mirror, stream] = [new Mirror(), decode(`${url}/mesh.uwm`, { pool, keep: true })];
+    for await (const delta of stream) {
+      mirror.apply(delta);
+      if (delta.level?.level === 6) await stream.want({ level: 6 });
+    }
+    assert.ok(mirror.triangles < 80 && mirror.last.complete);
+    const { received } = stream;
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    assert.equal(stream.received, received, "nothing more is read");
+    await stream.want({});
+    for await (const delta of stream) mirror.apply(delta);
+    assert.equal(mirror.exact(), (await mirrorOf(sphere)).exact());
+    assert.deepEqual(requests.map(({ headers }) => headers.range), [undefined, `bytes=${received}-${end - 1}`]);
+    stream.close();
+  });
+});
+
+test("a first request in part: of servers without ranges, of an empty file, of one that is smaller", async () => {
+  const files = {
+    "/plain.uwm": { bytes: sphere, etag: '"1"', ranges: false },
+    "/small.uwm": { bytes: sphere, etag: '"1"' },
+    "/untagged.uwm": { bytes: sphere },
+    "/empty.uwm": { bytes: new Uint8Array(0), etag: '"1"', short: true },
+  };
+  await within(files, async ({ url }) => {
+    const exact = (await mirrorOf(sphere)).exact();
+    assert.equal((await mirrorOf(`${url}/plain.uwm`, { head: 10 })).exact(), exact);
+    assert.equal((await mirrorOf(`${url}/small.uwm`, { head: 1_000_000 })).exact(), exact);
+    assert.equal((await mirrorOf(`${url}/small.uwm`, { head: 10 })).exact(), exact);
+    assert.equal((await mirrorOf(`${url}/untagged.uwm`, { head: 10 })).exact(), exact);
+    delete files["/empty.uwm"].short;
+    await assert.rejects(mirrorOf(`${url}/empty.uwm`), FormatError);
+  });
+});
+
+test("a file that is replaced between two wants begins anew", async () => {
+  const file = { bytes: sphere, etag: '"1"' };
+  await within({ "/mesh.uwm": file }, async ({ url }) => {
+    const [mirror, stream] = [new Mirror(), decode(`${url}/mesh.uwm`, { pool, keep: true, head: 700, until: { level: 6 } })];
+    for await (const delta of stream) mirror.apply(delta);
+    Object.assign(file, { bytes: torus, etag: '"2"' });
+    await stream.want({});
+    for await (const delta of stream) mirror.apply(delta);
+    assert.equal(mirror.exact(), (await mirrorOf(torus)).exact());
+    stream.close();
+  });
+});
+
+test("a stream that is closed leaves its connection", async () => {
+  const file = { bytes: sphere, etag: '"1"', rate: 1000 };
+  await within({ "/mesh.uwm": file }, async ({ url, requests }) => {
+    for await (const delta of decode(`${url}/mesh.uwm`, { pool })) if (delta.triangles > 0) break;
+    await new Promise((resolve) => setTimeout(resolve, 900));
+    assert.equal(requests.length, 1, "it is not taken up again");
+  });
+});
+
+test("jumps are told where they are wanted", async () => {
+  const [plain, told] = [await mirrorOf(sphere), []];
+  assert.equal(plain.last.jump, 0);
+  for await (const delta of decode(pieces(sphere, 1), { pool, jumps: true })) told.push(delta.jump);
+  assert.ok(told.every((jump) => jump >= 0 && Number.isFinite(jump)));
+  // The sphere has radius 1 and 12 vertices at its base: no edge is flipped across more than its radius.
+  assert.ok(told.some((jump) => jump > 0) && Math.max(...told) < 1);
 });

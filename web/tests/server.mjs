@@ -9,8 +9,9 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/cs
 /**
  * `files`: by path, `{ bytes, etag, breakAfter, ranges, status, rate }`. `breakAfter`: bytes after which every connection is cut;
  * `ranges`: false for a server that does not know them; `short`: every range lies behind the end; `rate`: bytes a second. `folder`: served for all other paths.
+ * Port 0 is any.
  */
-export async function serve(files, folder) {
+export async function serve(files, folder, port = 0) {
   const requests = [];
   const server = createServer(async (request, response) => {
     const path = decodeURIComponent(new URL(request.url, "http://host").pathname);
@@ -20,15 +21,16 @@ export async function serve(files, folder) {
     if (file.status) return void response.writeHead(file.status).end();
     const { bytes, etag } = file;
     const headers = { "content-type": "model/vnd.unweld", "cache-control": "no-store", ...(etag ? { etag } : {}) };
-    const [, from] = /^bytes=(\d+)-$/.exec(request.headers.range ?? "") ?? [];
+    const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "") ?? [];
     const stands = !request.headers["if-range"] || request.headers["if-range"] === etag;
     if (from !== undefined && file.short) return void response.writeHead(416).end();
     const ranged = from !== undefined && file.ranges !== false && stands;
     const start = ranged ? Number(from) : 0;
-    if (ranged) headers["content-range"] = `bytes ${start}-${bytes.length - 1}/${bytes.length}`;
-    response.writeHead(ranged ? 206 : 200, { ...headers, "content-length": bytes.length - start });
+    const last = ranged && to ? Math.min(bytes.length, Number(to) + 1) : bytes.length;
+    if (ranged) headers["content-range"] = `bytes ${start}-${last - 1}/${bytes.length}`;
+    response.writeHead(ranged ? 206 : 200, { ...headers, "content-length": last - start });
     response.flushHeaders();
-    const end = Math.min(bytes.length, start + (file.breakAfter ?? Infinity));
+    const end = Math.min(last, start + (file.breakAfter ?? Infinity));
     const piece = file.rate ? Math.max(1, Math.round(file.rate / 50)) : 16384;
     for (let at = start; at < end && !response.destroyed; at += piece) {
       const more = response.write(bytes.subarray(at, Math.min(end, at + piece)));
@@ -36,11 +38,11 @@ export async function serve(files, folder) {
       else if (!more) await new Promise((resolve) => response.once("drain", resolve).once("close", resolve));
       file.sent = (file.sent ?? 0) + Math.min(piece, end - at);
     }
-    if (end === bytes.length) return void response.end();
+    if (end === last) return void response.end();
     file.onBreak?.(file);
     setTimeout(() => response.destroy(), 20);
   });
-  await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
+  await new Promise((resolve) => server.listen(port, "127.0.0.1", resolve));
   return {
     url: `http://127.0.0.1:${server.address().port}`,
     requests,

@@ -1,4 +1,4 @@
-import type { Settings } from "./types.js";
+import type { Settings, Until } from "./types.js";
 /** What has changed, in arrays of its own. */
 export interface Changes {
     vertices: number;
@@ -15,6 +15,7 @@ export interface Changes {
     indices: Uint32Array;
     rewritten: Uint32Array;
     rewrittenIndices: Uint32Array;
+    jump: number;
 }
 /** Compiles the module, once for each address. */
 export declare function compile(url: string | URL | undefined): Promise<WebAssembly.Module>;
@@ -22,6 +23,7 @@ export declare function compile(url: string | URL | undefined): Promise<WebAssem
 export declare class Decoder {
     #private;
     constructor(module: WebAssembly.Module, settings: Settings);
+    want(until: Until): void;
     push(bytes: Uint8Array): void;
     /** `true` where there was an event, `false` where more bytes are needed, `"fault"` where there is a fault to report. */
     poll(): boolean | "fault";

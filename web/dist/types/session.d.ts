@@ -1,8 +1,10 @@
-import type { Delta, Settings } from "./types.js";
+import type { Contents, Delta, Settings, Until } from "./types.js";
 /** What decodes a mesh: a session on this thread, or one in a worker. */
 export interface Decoding {
-    /** Hands over the next bytes; resolves as soon as there is room for more. */
-    push(bytes: Uint8Array): Promise<void>;
+    /** Hands over the next bytes; resolves as soon as there is room for more: with the byte at which what is wanted ends, if known. */
+    push(bytes: Uint8Array): Promise<number | null>;
+    /** Wants something else from now on; resolves with what is then told, if the file is known. */
+    want(until: Until): Promise<Contents | null>;
     /** Says whether more bytes will come; where they do not, for now or for good, `next` does not wait for them. */
     end(ended: Ended): Promise<void>;
     /** Forgets all bytes: the file begins anew. */
@@ -17,7 +19,8 @@ export type Ended = "no" | "for now" | "for good";
 export declare class Session implements Decoding {
     #private;
     constructor(settings: Settings);
-    push(bytes: Uint8Array): Promise<void>;
+    push(bytes: Uint8Array): Promise<number | null>;
+    want(until: Until): Promise<Contents | null>;
     end(ended: Ended): Promise<void>;
     restart(): Promise<void>;
     next(): Promise<Delta | null>;

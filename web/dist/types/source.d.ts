@@ -6,19 +6,27 @@ export interface SourceOptions {
     retries?: number | undefined;
     /** For requests that this package makes. */
     request?: RequestInit | undefined;
+    /** Bytes to ask for first, when only a part will be wanted; by default the answer is cut off where it is no longer wanted. */
+    head?: number | undefined;
 }
 /** Reads an input from its first byte. */
 export declare class Source {
     #private;
     /** Bytes returned by `read` since the last `"restart"`. */
     received: number;
-    /** Bytes that there must be, once known: less is a connection lost. */
+    /** Bytes that are wanted, once known: less is a connection lost, and no more are asked for. */
     expected: number | null;
+    /** Whether the input has ended. */
+    isOver: boolean;
     /** Where to ask again; empty where that is impossible. */
     url: string;
     constructor(input: Input, options: SourceOptions);
+    /** Whether there is nothing to read: what is wanted is there, or the input has ended. */
+    get isSatisfied(): boolean;
     /** The next bytes; `null` at the end; `"restart"` where the file is another one now and begins anew. */
     read(): Promise<Uint8Array | "restart" | null>;
+    /** Lets go of the connection, if it can be taken up again; else it waits. */
+    rest(): void;
     /** Reads no further. */
     cancel(): void;
 }

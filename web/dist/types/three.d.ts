@@ -1,11 +1,9 @@
-/** A loader for three.js: a geometry that grows in place while its file arrives. */
-import { BufferAttribute, BufferGeometry, Loader, type LoadingManager, type Material } from "three";
-import { type Contents, type Delta, type MeshStream, type Until } from "./unweld.js";
-/** What `UnweldGeometry` dispatches. */
-export interface RefineEvent {
-    type: "refine";
-    delta: Delta;
-}
+/** For three.js: a loader whose geometries grow in place while their files arrive, geomorphs, and a planner for several meshes. */
+import { Loader, type LoadingManager, type Material } from "three";
+import { UnweldGeometry } from "./geometry.js";
+import { type Until } from "./unweld.js";
+export { UnweldEdges, UnweldGeometry, type GeometryOptions, type RefineEvent } from "./geometry.js";
+export { levelFor, pixelError, pixelsPerUnit, UnweldPlanner } from "./scene.js";
 /**
  * Loads `.uwm` files. `onLoad` gets the geometry as soon as it shows something, after the first kilobytes; it is refined in place until the
  * file is complete, and dispatches `refine` each time. `geometry.complete` is a promise of that.
@@ -21,10 +19,14 @@ export declare class UnweldLoader extends Loader<UnweldGeometry> {
     until: Until;
     /** Positions relative to the smallest corner of the bounding box, which is `geometry.contents.min`. */
     relative: boolean;
-    /** Whether `geometry.show` will be used. */
+    /** Whether `geometry.want` will be used. */
+    keep: boolean;
+    /** Whether `geometry.show` will be used; `want` may be, too. */
     levels: boolean;
     /** Whether new vertices slide to their places: for materials that `geomorph` has changed. */
     morph: boolean;
+    /** Bytes that `open` asks for first: mostly header, table of contents and base. */
+    head: number;
     /** How often in a row a lost connection is tried again. */
     retries: number;
     /** Where `worker.js` and `unweld.wasm` are, if not beside the script. */
@@ -38,38 +40,13 @@ export declare class UnweldLoader extends Loader<UnweldGeometry> {
     /** Ends all that is being loaded. */
     abort(): this;
     load(url: string, onLoad: (geometry: UnweldGeometry) => void, onProgress?: (event: ProgressEvent) => void, onError?: (error: unknown) => void): void;
+    /**
+     * A geometry that is empty, and has nothing fetched, until something is wanted of it: by `geometry.want`, or by an `UnweldPlanner` that its
+     * mesh is added to. `until` does not matter to it.
+     */
+    open(url: string): UnweldGeometry;
     /** Ends the workers, and what they still load. */
     dispose(): void;
-}
-/** A geometry that deltas are applied to. Attributes have room for more than `drawRange` shows. */
-export declare class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, {
-    refine: RefineEvent;
-    dispose: object;
-}> {
-    #private;
-    /** What the file holds, once known. */
-    contents: Contents | null;
-    /** Vertices and triangles of the mesh as it stands. */
-    vertices: number;
-    triangles: number;
-    /** The finest level that has arrived, or `null` before the base has. */
-    finest: number | null;
-    /** The delta applied last. */
-    last: Delta | null;
-    /** When vertices were appended last, on `clock`. */
-    lastBorn: number;
-    /** When all that is wanted is there. */
-    readonly complete: Promise<void>;
-    /** Follows a stream; with `morph` there are attributes for `geomorph`. */
-    constructor(stream: MeshStream, morph?: boolean);
-    /** Seconds since loading began: what `geomorph` wants to know. */
-    clock(): number;
-    /** Shows a level that has arrived, or with `null` the finest; wants `UnweldLoader.levels`. */
-    show(level: number | null): Promise<void>;
-    /** Goes on after a `ConnectionError`; returns what `complete` would be. */
-    resume(): Promise<void>;
-    /** Applies what has changed; only that is sent to the graphics card. */
-    apply(delta: Delta): void;
 }
 /**
  * Lets new vertices slide from the edge that they split to their own places (Hoppe, Progressive Meshes, 1996), for a geometry loaded with
@@ -83,9 +60,3 @@ export declare function geomorph(material: Material): {
         value: number;
     };
 };
-/** The edges of a growing geometry, for `LineSegments`: it shares the positions and follows. */
-export declare class UnweldEdges extends BufferGeometry {
-    #private;
-    constructor(mesh: UnweldGeometry);
-    dispose(): void;
-}

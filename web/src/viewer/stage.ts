@@ -62,7 +62,7 @@ export class Stage {
     this.#scene.add(new Mesh(geometry, this.#material));
     this.edges(edges);
     geometry.addEventListener("refine", () => this.draw());
-    this.#fit();
+    this.fit();
   }
 
   edges(shown: boolean): void {
@@ -106,7 +106,8 @@ export class Stage {
     });
   }
 
-  #fit(): void {
+  /** Puts the camera so that all of the mesh is seen. */
+  fit(): void {
     const sphere = this.#geometry?.boundingSphere;
     if (!sphere) return;
     const radius = sphere.radius || 1;

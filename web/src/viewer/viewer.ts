@@ -13,12 +13,16 @@ const stage = new Stage(element<HTMLCanvasElement>("view"));
 const timeline = new Timeline(element<HTMLCanvasElement>("timeline"));
 const loader = new UnweldLoader();
 loader.relative = loader.levels = loader.morph = true;
+// A lost connection is told after three attempts; then it is the reader who tries again.
+loader.retries = 2;
 
 let geometry: UnweldGeometry | null = null;
 let current = "";
 /** The level chosen, `null` for whatever is the finest. */
 let chosen: number | null = null;
 let showing = false;
+/** What tells the file from another. */
+let known = "";
 
 /** For tests and the curious. */
 const state = { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, longestTask: 0, longestApply: 0, drawn: stage.drawn };
@@ -35,7 +39,7 @@ new PerformanceObserver((list) => {
 function load(address: string): void {
   current = address;
   loader.abort();
-  [geometry, chosen] = [null, null];
+  [geometry, chosen, known] = [null, null, ""];
   Object.assign(state, { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0 });
   say("");
   slider.disabled = true;
@@ -62,10 +66,18 @@ function load(address: string): void {
 function refined(delta: Delta): void {
   const { contents, level, triangles, bytes } = delta;
   const total = contents.wanted;
+  const told = JSON.stringify([contents.fileBytes, contents.vertices, contents.min, contents.max]);
+  if (known && told !== known) {
+    // The file has become another one and begins anew.
+    [state.triangles, state.firstBytes, chosen] = [0, 0, null];
+    timeline.begin();
+    stage.fit();
+  }
+  known = told;
   const arrived = { bytes, triangles: Math.max(state.triangles, triangles) };
   Object.assign(state, { ...arrived, total: total.end, complete: delta.complete });
   if (!state.firstBytes && triangles > 0) state.firstBytes = bytes;
-  element("triangles").textContent = `${triangles.toLocaleString("en")} / ${total.triangles.toLocaleString("en")}`;
+  element("triangles").textContent = `${triangles.toLocaleString("en")} / ${Math.max(triangles, total.triangles).toLocaleString("en")}`;
   element("bytes").textContent = `${sizeOf(bytes)} / ${sizeOf(total.end)}`;
   element("error").textContent = level ? errorOf(level.rmsError, delta) : "–";
   slider.max = String(contents.levels.length - 1);
@@ -95,14 +107,18 @@ async function show(): Promise<void> {
 
 function failed(error: unknown): void {
   say(error instanceof Error ? error.message : String(error));
-  if (!(error instanceof ConnectionError) || !geometry) return;
+  if (!(error instanceof ConnectionError)) return;
+  const stopped = geometry;
+  say(`The connection was lost after ${sizeOf(error.received)}${stopped ? "; what is shown stays" : ""}. `);
   const again = document.createElement("button");
+  again.type = "button";
   again.textContent = "go on";
   again.onclick = () => {
     say("");
-    geometry?.resume().catch(failed);
+    if (!stopped) load(current);
+    else stopped.resume().catch((error: unknown) => stopped === geometry && failed(error));
   };
-  message.append(" ", again);
+  message.append(again);
 }
 
 function say(text: string): void {

@@ -23,18 +23,19 @@ thread_local! {
     static INSTANCE: RefCell<Instance> = RefCell::new(Instance::new(Settings::default()));
 }
 
-/// Begins anew. `flags`: 1 for positions relative to the lattice's origin, 2 for [`unweld_coarsen`]. `want`: 0 all, 1 level `value`,
+/// Begins anew. `flags`: 1 for positions relative to the lattice's origin, 2 for [`unweld_coarsen`], 4 for jumps. `want`: 0 all, 1 level `value`,
 /// 2 an error of at most `value`, 3 at most `value` triangles.
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_new(flags: u32, want: u32, value: f64) {
-    let want = match want {
-        1 => Want::Level(value as u32),
-        2 => Want::MaxError(value),
-        3 => Want::MaxTriangles(value as u32),
-        _ => Want::All,
-    };
-    let settings = Settings { want, relative: flags & 1 != 0, undo: flags & 2 != 0 };
+    let settings =
+        Settings { want: wanted(want, value), relative: flags & 1 != 0, undo: flags & 2 != 0, jumps: flags & 4 != 0 };
     with(|instance| *instance = Instance::new(settings));
+}
+
+/// Wants something else, told as for [`unweld_new`].
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_want(want: u32, value: f64) {
+    with(|instance| instance.client.want(wanted(want, value)));
 }
 
 /// The address of room for `length` bytes of input.
@@ -77,7 +78,8 @@ pub extern "C" fn unweld_waiting() -> u32 {
 }
 
 /// What has changed: the address of vertices, triangles, first vertex appended, first triangle appended, and then address and length
-/// of positions, from, normals, moved, moved positions, turned, turned normals, indices, rewritten, rewritten indices.
+/// of positions, from, normals, moved, moved positions, turned, turned normals, indices, rewritten, rewritten indices;
+/// then the bits of the jump as binary32.
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_take() -> u32 {
     with(|instance| {
@@ -90,6 +92,7 @@ pub extern "C" fn unweld_take() -> u32 {
             [place(&c.moved), place(&c.moved_positions), place(&c.turned), place(&c.turned_normals)].concat(),
         );
         table.extend([place(&c.indices), place(&c.rewritten), place(&c.rewritten_indices)].concat());
+        table.push(c.jump.to_bits());
         instance.tell(&table)
     })
 }
@@ -132,6 +135,15 @@ impl Instance {
             *place = number;
         }
         self.table.as_ptr().expose_provenance() as u32
+    }
+}
+
+fn wanted(want: u32, value: f64) -> Want {
+    match want {
+        1 => Want::Level(value as u32),
+        2 => Want::MaxError(value),
+        3 => Want::MaxTriangles(value as u32),
+        _ => Want::All,
     }
 }
 

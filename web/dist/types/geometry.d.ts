@@ -1,0 +1,66 @@
+import { BufferAttribute, BufferGeometry } from "three";
+import type { Contents, Delta, Level, MeshStream, Until } from "./unweld.js";
+/** What `UnweldGeometry` dispatches. */
+export interface RefineEvent {
+    type: "refine";
+    delta: Delta;
+}
+/** Settings of a geometry. */
+export interface GeometryOptions {
+    /** Whether there are attributes for `geomorph`. */
+    morph?: boolean;
+    /** Whether it waits for `want`. */
+    waits?: boolean;
+}
+/** A geometry that deltas are applied to. Attributes have room for more than `drawRange` shows. */
+export declare class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, {
+    refine: RefineEvent;
+    dispose: object;
+}> {
+    #private;
+    /** What the file holds, once known. */
+    contents: Contents | null;
+    /** Vertices and triangles of the mesh as it stands. */
+    vertices: number;
+    triangles: number;
+    /** The finest level that has arrived, or `null` before the base has. */
+    finest: number | null;
+    /** The delta applied last. */
+    last: Delta | null;
+    /** When vertices were appended last, on `clock`. */
+    lastBorn: number;
+    /**
+     * The level to make room for, `null` for what is wanted. Where a coarser level is shown, what it leaves empty of the room is given up: without a
+     * level here, only if that is more than half of it.
+     */
+    room: number | null;
+    /** When all that is wanted first is there. */
+    readonly complete: Promise<void>;
+    /** Follows a stream. */
+    constructor(stream: MeshStream, { morph, waits }?: GeometryOptions);
+    /** How far the surface jumped at most with the delta applied last, new vertices being where they begin: see `Delta.jump`. */
+    get jump(): number;
+    /** Bytes of attributes and index. */
+    get bytes(): number;
+    /** Bytes that a level takes, without what the residue adds to level 0. */
+    bytesOf({ vertices, triangles }: Level): number;
+    /** Seconds since loading began: what `geomorph` wants to know. */
+    clock(): number;
+    /** Shows a level that has arrived, or with `null` the finest; wants `UnweldLoader.levels`. */
+    show(level: number | null): Promise<void>;
+    /**
+     * Wants more or less of the file from now on; resolves when it is there. Only bytes that are missing are fetched; what there is stays. Where
+     * a coarser level is shown, that comes first: `show(null)`.
+     */
+    want(until: Until): Promise<void>;
+    /** Goes on after a `ConnectionError`; resolves when all that is wanted is there. */
+    resume(): Promise<void>;
+    /** Applies what has changed; only that is sent to the graphics card. */
+    apply(delta: Delta): void;
+}
+/** The edges of a growing geometry, for `LineSegments`: it shares the positions and follows. */
+export declare class UnweldEdges extends BufferGeometry {
+    #private;
+    constructor(mesh: UnweldGeometry);
+    dispose(): void;
+}

@@ -1,0 +1,299 @@
+// A geometry that grows in place, and its edges.
+
+import { BufferAttribute, BufferGeometry, Box3, Sphere, type TypedArray, Vector3 } from "three";
+import type { Contents, Delta, Level, MeshStream, Until } from "./unweld.js";
+
+/** What `UnweldGeometry` dispatches. */
+export interface RefineEvent {
+  type: "refine";
+  delta: Delta;
+}
+
+/** Settings of a geometry. */
+export interface GeometryOptions {
+  /** Whether there are attributes for `geomorph`. */
+  morph?: boolean;
+  /** Whether it waits for `want`. */
+  waits?: boolean;
+}
+
+/** A geometry that deltas are applied to. Attributes have room for more than `drawRange` shows. */
+export class UnweldGeometry extends BufferGeometry<
+  Record<string, BufferAttribute>,
+  { refine: RefineEvent; dispose: object }
+> {
+  /** What the file holds, once known. */
+  contents: Contents | null = null;
+  /** Vertices and triangles of the mesh as it stands. */
+  vertices = 0;
+  triangles = 0;
+  /** The finest level that has arrived, or `null` before the base has. */
+  finest: number | null = null;
+  /** The delta applied last. */
+  last: Delta | null = null;
+  /** When vertices were appended last, on `clock`. */
+  lastBorn = -Infinity;
+  /**
+   * The level to make room for, `null` for what is wanted. Where a coarser level is shown, what it leaves empty of the room is given up: without a
+   * level here, only if that is more than half of it.
+   */
+  room: number | null = null;
+  /** When all that is wanted first is there. */
+  readonly complete: Promise<void>;
+  readonly #stream: MeshStream;
+  readonly #morph: boolean;
+  readonly #begin = performance.now();
+  #following: Promise<void> | null = null;
+  #first: (reached: Promise<void>) => void = () => {};
+  #releasing = false;
+
+  /** Follows a stream. */
+  constructor(stream: MeshStream, { morph = false, waits = false }: GeometryOptions = {}) {
+    super();
+    this.#stream = stream;
+    this.#morph = morph;
+    this.complete = waits ? new Promise((resolve) => (this.#first = resolve)) : this.#follow();
+    this.complete.catch(() => {});
+    this.addEventListener("dispose", () => this.#releasing || stream.close());
+  }
+
+  /** How far the surface jumped at most with the delta applied last, new vertices being where they begin: see `Delta.jump`. */
+  get jump(): number {
+    return this.last?.jump ?? 0;
+  }
+
+  /** Bytes of attributes and index. */
+  get bytes(): number {
+    const arrays = [...Object.values(this.attributes), ...(this.index ? [this.index] : [])];
+    return arrays.reduce((sum, { array }) => sum + array.byteLength, 0);
+  }
+
+  /** Bytes that a level takes, without what the residue adds to level 0. */
+  bytesOf({ vertices, triangles }: Level): number {
+    const attributes = this.contents?.attributes ?? [];
+    const components = attributes.reduce((sum, { components }) => sum + components, this.#morph ? 4 : 0);
+    return 4 * (components * vertices + 3 * triangles);
+  }
+
+  /** Seconds since loading began: what `geomorph` wants to know. */
+  clock(): number {
+    return (performance.now() - this.#begin) / 1000;
+  }
+
+  /** Shows a level that has arrived, or with `null` the finest; wants `UnweldLoader.levels`. */
+  async show(level: number | null): Promise<void> {
+    this.apply(await this.#stream.show(level));
+  }
+
+  /**
+   * Wants more or less of the file from now on; resolves when it is there. Only bytes that are missing are fetched; what there is stays. Where
+   * a coarser level is shown, that comes first: `show(null)`.
+   */
+  async want(until: Until): Promise<void> {
+    const reached = this.#stream.want(until).then(() => this.resume());
+    this.#first(reached);
+    return reached;
+  }
+
+  /** Goes on after a `ConnectionError`; resolves when all that is wanted is there. */
+  async resume(): Promise<void> {
+    // Something else may have been wanted just when all was there.
+    do await this.#follow();
+    while (this.#stream.isOpen);
+  }
+
+  /** Applies what has changed; only that is sent to the graphics card. */
+  apply(delta: Delta): void {
+    const { contents, vertices, triangles } = delta;
+    const start = performance.now();
+    this.last = delta;
+    for (const { level } of delta.levels) this.finest = level;
+    if (contents !== this.contents) this.#bound(contents);
+    if (delta.firstVertex === 0) this.#shrink(vertices, triangles);
+    this.vertices = vertices;
+    this.triangles = triangles;
+    for (const { name, components } of contents.attributes) {
+      const values = delta.appended[name];
+      if (!values) continue;
+      const [attribute, fresh] = this.#room(name, components, vertices, this.#most().vertices);
+      const array = attribute.array;
+      array.set(values, delta.firstVertex * components);
+      const changed = delta.changed[name];
+      if (changed) scatter(array, components, changed.vertices, changed.values);
+      if (!fresh) upload(attribute, components, delta.firstVertex, vertices, changed?.vertices);
+    }
+    if (this.#morph) this.#bear(delta);
+    const [index, fresh] = this.#room("index", 3, triangles, this.#most().triangles);
+    index.array.set(delta.indices, 3 * delta.firstTriangle);
+    scatter(index.array, 3, delta.rewritten.triangles, delta.rewritten.indices);
+    if (!fresh) upload(index, 3, delta.firstTriangle, triangles, delta.rewritten.triangles);
+    this.setDrawRange(0, 3 * triangles);
+    // For the developer tools.
+    performance.measure("unweld", { start });
+    this.dispatchEvent({ type: "refine", delta });
+  }
+
+  #follow(): Promise<void> {
+    return (this.#following ??= this.#iterate().finally(() => (this.#following = null)));
+  }
+
+  async #iterate(): Promise<void> {
+    for (;;) {
+      const { done, value } = await this.#stream.next();
+      if (done) return;
+      this.apply(value);
+    }
+  }
+
+  #most(): { readonly vertices: number; readonly triangles: number } {
+    const contents = this.contents!;
+    return (this.room === null ? null : contents.levels[this.room]) ?? contents.wanted;
+  }
+
+  /** Gives up room that a coarser level leaves empty. */
+  #shrink(vertices: number, triangles: number): void {
+    const room = this.getAttribute("position")?.count ?? 0;
+    const most = this.#most();
+    const [v, t] = [Math.max(vertices, most.vertices), Math.max(triangles, most.triangles)];
+    const spare = this.room === null ? 2 : 1;
+    if (room <= spare * v && (this.index?.count ?? 0) <= 3 * spare * t) return;
+    // Only so does the renderer give back its buffers.
+    this.#releasing = true;
+    this.dispatchEvent({ type: "dispose" });
+    this.#releasing = false;
+    for (const name of Object.keys(this.attributes)) this.deleteAttribute(name);
+    this.setIndex(null);
+  }
+
+  /** Notes where new vertices come from, and when. */
+  #bear(delta: Delta): void {
+    const { firstVertex, vertices } = delta;
+    const most = this.#most().vertices;
+    const [from, freshFrom] = this.#room("from", 3, vertices, most);
+    const [born, freshBorn] = this.#room("born", 1, vertices, most);
+    from.array.set(delta.from, 3 * firstVertex);
+    const time = firstVertex > 0 ? this.clock() : -LONG_AGO;
+    if (firstVertex > 0 && vertices > firstVertex) this.lastBorn = time;
+    born.array.fill(time, firstVertex, vertices);
+    if (!freshFrom) upload(from, 3, firstVertex, vertices);
+    if (!freshBorn) upload(born, 1, firstVertex, vertices);
+  }
+
+  /** The bounding box is known from the first bytes on. */
+  #bound(contents: Contents): void {
+    this.contents = contents;
+    const relative = this.#stream.relative;
+    const min = new Vector3(...(relative ? [0, 0, 0] : contents.min));
+    const max = new Vector3(...contents.max);
+    if (relative) max.sub(new Vector3(...contents.min));
+    this.boundingBox = new Box3(min, max);
+    this.boundingSphere = this.boundingBox.getBoundingSphere(new Sphere());
+  }
+
+  /**
+   * The attribute, with room for `count` items: at once for all that the file will have, if that is but a few times what there is now, for no
+   * header's claim shall cost memory. Tells whether it is a new one, which is sent as a whole.
+   */
+  #room(name: string, components: number, count: number, most: number): [attribute: BufferAttribute, fresh: boolean] {
+    const old = name === "index" ? this.index : this.getAttribute(name);
+    if (old && old.count * old.itemSize >= count * components) return [old as BufferAttribute, false];
+    const room = components * Math.max(count, Math.min(most, Math.max(LEAST_ROOM, GROWTH * count)));
+    const array = name === "index" ? new Uint32Array(room) : new Float32Array(room);
+    if (old) array.set(old.array);
+    const attribute = new BufferAttribute(array, name === "index" ? 1 : components);
+    if (name === "index") this.setIndex(attribute);
+    else this.setAttribute(name, attribute);
+    return [attribute, true];
+  }
+}
+
+/** The edges of a growing geometry, for `LineSegments`: it shares the positions and follows. */
+export class UnweldEdges extends BufferGeometry {
+  readonly #mesh: UnweldGeometry;
+  readonly #refine = ({ delta }: RefineEvent) => this.#apply(delta);
+
+  constructor(mesh: UnweldGeometry) {
+    super();
+    this.#mesh = mesh;
+    this.#renew();
+    mesh.addEventListener("refine", this.#refine);
+  }
+
+  override dispose(): void {
+    this.#mesh.removeEventListener("refine", this.#refine);
+    // The positions are the mesh's.
+    this.deleteAttribute("position");
+    super.dispose();
+  }
+
+  #renew(): void {
+    const mesh = this.#mesh;
+    const index = new BufferAttribute(new Uint32Array(2 * (mesh.index?.count ?? 0)), 1);
+    this.setIndex(index);
+    for (let t = 0; t < mesh.triangles; t++) this.#copy(t);
+    this.#share();
+  }
+
+  #apply(delta: Delta): void {
+    const { index } = this;
+    if (!index || index.count < 6 * this.#mesh.triangles) return this.#renew();
+    for (let t = delta.firstTriangle; t < delta.triangles; t++) this.#copy(t);
+    for (const t of delta.rewritten.triangles) this.#copy(t);
+    upload(index, 6, delta.firstTriangle, delta.triangles, delta.rewritten.triangles);
+    this.#share();
+  }
+
+  #copy(t: number): void {
+    const [from, to] = [this.#mesh.index!.array, this.index!.array];
+    const [a, b, c] = [from[3 * t]!, from[3 * t + 1]!, from[3 * t + 2]!];
+    to[6 * t] = to[6 * t + 5] = a;
+    to[6 * t + 1] = to[6 * t + 2] = b;
+    to[6 * t + 3] = to[6 * t + 4] = c;
+  }
+
+  #share(): void {
+    const mesh = this.#mesh;
+    for (const [name, attribute] of Object.entries(mesh.attributes)) {
+      if (this.attributes[name] !== attribute && name !== "normal") this.setAttribute(name, attribute);
+    }
+    this.boundingBox = mesh.boundingBox;
+    this.boundingSphere = mesh.boundingSphere;
+    this.setDrawRange(0, 6 * mesh.triangles);
+  }
+}
+
+/** Least items that there is room for. */
+const LEAST_ROOM = 1 << 14;
+/** Seconds: vertices born then are in their places. */
+const LONG_AGO = 1e6;
+/** How many times the room grows. */
+const GROWTH = 4;
+/** Items that are sent together if one of them has changed: a call costs as much as some kilobytes. */
+const BLOCK = 512;
+
+/** Blocks between two that are sent with them. */
+const NEAR = 4;
+
+function scatter(array: TypedArray, components: number, places: Uint32Array, values: ArrayLike<number>): void {
+  for (let k = 0; k < places.length; k++) {
+    const to = components * places[k]!;
+    for (let c = 0; c < components; c++) array[to + c] = values[components * k + c]!;
+  }
+}
+
+/** Marks what has to be sent: items from `first` to `end`, and the blocks that `places` lie in. */
+function upload(attribute: BufferAttribute, size: number, first: number, end: number, places?: Uint32Array): void {
+  const add = (from: number, to: number) => attribute.addUpdateRange(from * size, (to - from) * size);
+  if (places?.length) {
+    const blocks = new Uint8Array(Math.ceil(first / BLOCK));
+    for (const place of places) blocks[Math.floor(place / BLOCK)] = 1;
+    for (let from = blocks.indexOf(1); from >= 0; ) {
+      let [to, next] = [from + 1, blocks.indexOf(1, from + 1)];
+      for (; next >= 0 && next - to < NEAR; next = blocks.indexOf(1, to)) to = next + 1;
+      add(from * BLOCK, Math.min(to * BLOCK, first));
+      from = next;
+    }
+  }
+  if (end > first) add(first, end);
+  attribute.needsUpdate = true;
+}

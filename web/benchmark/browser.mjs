@@ -125,15 +125,19 @@ async function statusOf(pid, field) {
   return 1024 * Number(new RegExp(`^${field}:\\s+(\\d+)`, "m").exec(status)?.[1] ?? NaN);
 }
 
-/** Tasks of the page's thread during the load, in milliseconds: `whole`, and `loader`, which is less what drawing and normals took. */
+/**
+ * Tasks of the page's thread during the load, in milliseconds: `whole`; `busy`, what of it a processor was given; `loader`, `whole` without
+ * what drawing and normals took.
+ */
 function tasksOf(events) {
   const mark = (name) => events.find((event) => event.name === name && event.cat.includes("blink.user_timing"));
   const [begin, end] = [mark("bench-begin"), mark("bench-end")];
   const own = events.filter(({ pid, tid }) => pid === begin.pid && tid === begin.tid);
   const spans = own.filter(({ name, ph }) => ph === "b" && /^bench-(draw|normals)$/.test(name));
+  const idOf = ({ id, id2 }) => id ?? id2?.local;
   const others = spans.map((open) => {
-    const close = own.find(({ name, ph, id, id2, ts }) => ph === "e" && name === open.name && (id ?? id2?.local) === (open.id ?? open.id2?.local) && ts >= open.ts);
-    return { name: open.name, from: open.ts, to: close?.ts ?? open.ts };
+    const close = own.find((event) => event.ph === "e" && event.name === open.name && idOf(event) === idOf(open) && event.ts >= open.ts);
+    return { from: open.ts, to: close?.ts ?? open.ts };
   });
   return own
     .filter(({ name, ph, ts, dur }) => name === "RunTask" && ph === "X" && ts + dur >= begin.ts && ts <= end.ts)

@@ -26,8 +26,7 @@ Options:
       --quick         Check that it works: a small made mesh, each loaded once; nothing is written
   -h, --help          Print help
 
-It wants Chromium (/usr/bin/chromium or $CHROMIUM), npm ci in web/, and the command line: $UNWELD, or target/release/unweld, which is built
-if it is not there.
+It wants Chromium (/usr/bin/chromium or $CHROMIUM), npm ci in web/, and the command line of unweld: $UNWELD, or cargo builds it.
 
 EXAMPLES
   web/bench
@@ -42,7 +41,7 @@ const LINES = [
 ];
 /** Milliseconds after which there are pictures. */
 const TIMES = [250, 500, 1000, 2000, 4000];
-const [WIDTH, HEIGHT] = [230, 180];
+const [WIDTH, HEIGHT] = [300, 230];
 
 const root = fileURLToPath(new URL("../../", import.meta.url));
 
@@ -105,12 +104,12 @@ function read() {
   return { values, positionals: told.positionals };
 }
 
-/** The command line of unweld. */
+/** The command line of unweld, built if it is not what its sources make. */
 function command() {
   if (process.env.UNWELD) return process.env.UNWELD;
-  const built = join(root, "target/release/unweld");
-  if (!existsSync(built)) execFileSync("cargo", ["build", "--release", "--locked"], { cwd: root, stdio: "inherit" });
-  return built;
+  const build = ["build", "--release", "--locked", "--bin", "unweld", "--message-format", "json-render-diagnostics"];
+  const told = execFileSync("cargo", build, { cwd: root, stdio: ["ignore", "pipe", "inherit"], encoding: "utf8" });
+  return told.split("\n").filter(Boolean).map((line) => JSON.parse(line).executable).find(Boolean);
 }
 
 function usual() {
@@ -123,7 +122,8 @@ function usual() {
 
 /** All that is measured, for `report` and `check`. */
 async function measure(inputs, unweld, { runs, cold, bits, cache, times = TIMES }) {
-  const [{ prepare }, { serve }, { Browser }] = await Promise.all(["./meshes.mjs", "./site.mjs", "./browser.mjs"].map((room) => import(room)));
+  const rooms = ["./meshes.mjs", "./site.mjs", "./browser.mjs"];
+  const [{ prepare }, { serve }, { Browser }] = await Promise.all(rooms.map((room) => import(room)));
   const load = loadavg()[0];
   const meshes = [];
   for (const input of inputs) {

@@ -121,7 +121,8 @@ async function meshopt(surface, bits) {
     .createExtension(EXTMeshoptCompression)
     .setRequired(true)
     .setEncoderOptions({ method: EXTMeshoptCompression.EncoderMethod.QUANTIZE });
-  const io = new NodeIO().registerExtensions([EXTMeshoptCompression, ...document.getRoot().listExtensionsUsed().map((used) => used.constructor)]);
+  const used = document.getRoot().listExtensionsUsed();
+  const io = new NodeIO().registerExtensions(used.map((extension) => extension.constructor));
   return io.registerDependencies({ "meshopt.encoder": MeshoptEncoder }).writeBinary(document);
 }
 
@@ -129,7 +130,8 @@ function documentOf({ positions, indices }) {
   const document = new Document().setLogger(new Logger(Logger.Verbosity.SILENT));
   const buffer = document.createBuffer();
   const accessor = (type, array) => document.createAccessor().setBuffer(buffer).setType(type).setArray(array);
-  const primitive = document.createPrimitive().setAttribute("POSITION", accessor("VEC3", positions)).setIndices(accessor("SCALAR", indices));
+  const primitive = document.createPrimitive().setIndices(accessor("SCALAR", indices));
+  primitive.setAttribute("POSITION", accessor("VEC3", positions));
   const node = document.createNode().setMesh(document.createMesh().addPrimitive(primitive));
   document.createScene().addChild(node);
   return document;

@@ -27,9 +27,13 @@ export function report({ meshes, results, pictures, speeds, load, runs, cold, de
   const [{ line: slow }, large] = [results[0], meshes.at(-1)];
   return `# Benchmarks in the browser
 
-- Machine: ${cpus()[0].model}, ${cpus().length} logical cores, ${Math.round(totalmem() / 2 ** 30)} GiB of memory, no graphics card; load average at the start ${load.toFixed(2)}
-- Chromium ${browser}, headless; three.js ${version("three")} with its own decoders; files by draco3d ${version("draco3d")}, meshoptimizer ${version("meshoptimizer")}, glTF Transform ${version("@gltf-transform/core")}
-- Command: \`web/bench\`, ${Math.round(seconds)} s; medians of ${runs} loads with decoders that are there and have decoded before, of ${cold} in a fresh page ("cold")
+${[
+  `Machine: ${cpus()[0].model}, ${cpus().length} logical cores, ${Math.round(totalmem() / 2 ** 30)} GiB of memory, drawing in software`,
+  `Load average at the start: ${load.toFixed(2)}${load > 1 ? "; the machine had other work to do, and times are the longer for it" : ""}`,
+  `Chromium ${browser}, headless; three.js ${version("three")} with the decoders that come with it`,
+  `Files by draco3d ${version("draco3d")}, meshoptimizer ${version("meshoptimizer")}, glTF Transform ${version("@gltf-transform/core")}`,
+  `Command: \`web/bench\`, ${Math.round(seconds)} s; medians of ${runs} loads, "cold" of ${cold} in a page that had no decoder yet`,
+].map((line) => `- ${line}`).join("\n")}
 
 Three.js loads the same triangles, as \`.uwm\` with \`UnweldLoader\`, as glTF with KHR_draco_mesh_compression (\`DRACOLoader\`), as glTF with
 EXT_meshopt_compression (\`MeshoptDecoder\` with two workers): welded by position, no attribute but positions, at ${large.bits} bits a coordinate, Draco at its
@@ -63,19 +67,24 @@ draw calls are left out while the clock runs, uploads are not.
 ## What it costs the page
 
 ${table(
-  ["mesh", "Mbit/s", "loader", "longest task of loader or decoder ms", "longest task ms", "tasks above 50 ms", "peak script heap MB", "peak of the process above its start MB"],
+  [
+    ...["mesh", "Mbit/s", "loader", "longest task of loader or decoder ms", "longest task ms", "of it running ms", "tasks above 50 ms"],
+    ...["peak script heap MB", "peak of the process above its start MB"],
+  ],
   results.flatMap(({ mesh, line, told }) =>
     Object.keys(LABELS).map((kind) => {
       const { tasks, heap, memory } = told[kind].watched;
       const longest = (what) => Math.max(...tasks.map((task) => task[what])).toFixed(0);
+      const running = tasks.reduce((a, b) => (a.whole > b.whole ? a : b)).busy.toFixed(0);
       const many = tasks.filter(({ whole }) => whole > 50).length;
-      return [mesh.name, line.megabits, LABELS[kind], longest("loader"), longest("whole"), many, mega(heap), memory === null ? "-" : mega(memory)];
+      const sizes = [heap, memory].map((bytes) => (bytes === null ? "-" : mega(bytes)));
+      return [mesh.name, line.megabits, LABELS[kind], longest("loader"), longest("whole"), running, many, ...sizes];
     }),
   ),
 )}
 
 One load each, traced, in a fresh page with the decoder there. Tasks are those of the page's thread; of loader or decoder: without three.js's part of a picture (uploads)
-and without \`computeVertexNormals\`, which count in the longest task. Script heap: the page's own (\`performance.memory\`), at the most at any
+and without \`computeVertexNormals\`, which count in the longest task; running: less what it waited for a processor. Script heap: the page's own (\`performance.memory\`), at the most at any
 frame. Process: resident memory of the page's process, workers, WebAssembly and buffers included.
 
 ## Aims
@@ -114,7 +123,8 @@ function curves(told, { diagonal, files }) {
   const finest = (100 * middle(told.unweld).moments.at(-1).maxError) / diagonal;
   const ends = Object.values(told).map((each) => middle(each).moments.at(-1).time / 1000);
   const drawn = Object.entries(told).map(([kind, each]) => {
-    const points = middle(each).moments.map(({ time, maxError }) => ({ x: time / 1000, y: maxError === undefined ? finest : (100 * maxError) / diagonal }));
+    const error = ({ maxError }) => (maxError === undefined ? finest : (100 * maxError) / diagonal);
+    const points = middle(each).moments.map((moment) => ({ x: moment.time / 1000, y: error(moment) }));
     // Before the first picture nothing is right.
     points.unshift({ x: points[0].x, y: 100 });
     return { label: `${LABELS[kind]}, ${count(files[kind].sent.length)} bytes`, colour: COLOURS[kind], points };
@@ -126,8 +136,8 @@ function section(mesh, line, told) {
   const rows = Object.keys(LABELS).map((kind) => {
     const [warm, cold] = [timesOf(told[kind].warm, mesh.diagonal), timesOf(told[kind].cold, mesh.diagonal)];
     const { first, max1, max01, rms1, rms01, whole, normals } = warm;
-    const told7 = [first, rms1, rms01, max1, max01, whole, whole - normals].map(inSeconds);
-    return [LABELS[kind], ...told7, inSeconds(cold.first), inSeconds(cold.whole)];
+    const shown = [first, rms1, rms01, max1, max01, whole, whole - normals].map(inSeconds);
+    return [LABELS[kind], ...shown, inSeconds(cold.first), inSeconds(cold.whole)];
   });
   const heads = ["first picture", "rms 1 %", "rms 0.1 %", "max 1 %", "max 0.1 %", "whole", "whole, no normals", "cold: first", "cold: whole"];
   return `

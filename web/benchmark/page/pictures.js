@@ -25,7 +25,7 @@ export function chart(title, curves, most) {
       plugins: { title: { display: true, text: title, font: { size: 15 } }, legend: { position: "bottom" } },
       scales: {
         x: { type: "linear", min: 0, max: most, ...scale("seconds since load()") },
-        y: { type: "logarithmic", ...scale("largest error, % of the diagonal") },
+        y: { type: "logarithmic", ...scale("largest error, of the diagonal"), ticks: { callback: (percent) => `${percent} %` } },
       },
     },
   });

@@ -134,10 +134,8 @@ class Stage {
       if (!mesh.isMesh) return;
       const { attributes, index, drawRange } = mesh.geometry;
       const geometry = new BufferGeometry();
-      for (const name of ["position", "normal"]) {
-        const { array, itemSize, normalized } = attributes[name];
-        geometry.setAttribute(name, new BufferAttribute(array.slice(), itemSize, normalized));
-      }
+      // Interleaved ones become plain.
+      for (const name of ["position", "normal"]) geometry.setAttribute(name, attributes[name].clone());
       geometry.setIndex(new BufferAttribute(index.array.slice(0, Math.min(index.count, drawRange.count)), 1));
       geometry.boundingBox = mesh.geometry.boundingBox;
       const copy = new Mesh(geometry, this.#material);

@@ -175,6 +175,7 @@ impl Client {
     /// What has changed in the mesh since it was asked before.
     pub fn take(&mut self) -> Changes {
         let Some(contents) = self.decoder.contents().cloned() else { return Changes::default() };
+        self.mark_turned();
         let changes = self.changes(&contents);
         self.told = self.counts();
         self.from.clear();
@@ -313,13 +314,6 @@ impl Client {
                 self.rewritten.add(t);
             }
         }
-        for t in delta.rewritten.iter().copied().chain(delta.triangles.clone()) {
-            for v in table.triangle(crate::mesh::Triangle(t)) {
-                if v.0 < told_vertices {
-                    self.turned.add(v.0);
-                }
-            }
-        }
         for &v in &delta.moved {
             if v < told_vertices {
                 self.moved.add(v);
@@ -339,6 +333,20 @@ impl Client {
         match begun {
             Some(place) => place.map(f64::from),
             None => self.decoder.mesh().positions[v.index()].map(f64::from),
+        }
+    }
+
+    /// Whoever has gained or lost a triangle has one that is new or rewritten.
+    fn mark_turned(&mut self) {
+        let table = &self.decoder.mesh().table;
+        let new = self.told[1]..table.slots() as u32;
+        let rewritten = self.rewritten.list().iter().copied().filter(|&t| (t as usize) < table.slots());
+        for t in rewritten.chain(new) {
+            for v in table.triangle(crate::mesh::Triangle(t)) {
+                if v.0 < self.told[0] {
+                    self.turned.add(v.0);
+                }
+            }
         }
     }
 
@@ -365,9 +373,6 @@ impl Client {
         let position = |v: u32| place(surface.position(mesh, lattice, v));
         let [vertices, triangles] = self.counts();
         let [first_vertex, first_triangle] = self.told;
-        let flat = |list: &[u32], value: &dyn Fn(u32) -> [f32; 3]| -> Vec<f32> {
-            list.iter().flat_map(|&v| value(v)).collect()
-        };
         let normal = |v: u32| surface.normal(mesh, v);
         let indices = |t: u32| surface.triangle(mesh, t);
         let from = |v: u32| match self.from.get((v - first_vertex) as usize) {
@@ -377,20 +382,29 @@ impl Client {
         Changes {
             counts: [vertices, triangles],
             first_vertex,
-            positions: (first_vertex..vertices).flat_map(position).collect(),
-            from: (first_vertex..vertices).flat_map(from).collect(),
-            normals: (first_vertex..vertices).flat_map(normal).collect(),
+            positions: flat(first_vertex..vertices, position),
+            from: flat(first_vertex..vertices, from),
+            normals: flat(first_vertex..vertices, normal),
             moved: self.moved.list().to_vec(),
-            moved_positions: flat(self.moved.list(), &position),
+            moved_positions: flat(self.moved.list().iter().copied(), position),
             turned: self.turned.list().to_vec(),
-            turned_normals: flat(self.turned.list(), &normal),
+            turned_normals: flat(self.turned.list().iter().copied(), normal),
             first_triangle,
-            indices: (first_triangle..triangles).flat_map(indices).collect(),
+            indices: flat(first_triangle..triangles, indices),
             rewritten: self.rewritten.list().to_vec(),
-            rewritten_indices: self.rewritten.list().iter().flat_map(|&t| indices(t)).collect(),
+            rewritten_indices: flat(self.rewritten.list().iter().copied(), indices),
             jump: if first_vertex > 0 { (self.jumps.sum() * lattice.step) as f32 } else { 0.0 },
         }
     }
+}
+
+/// Three numbers of each, in room that is just enough.
+fn flat<T>(list: impl ExactSizeIterator<Item = u32>, value: impl Fn(u32) -> [T; 3]) -> Vec<T> {
+    let mut numbers = Vec::with_capacity(3 * list.len());
+    for number in list {
+        numbers.extend(value(number));
+    }
+    numbers
 }
 
 impl Settings {

@@ -1,10 +1,12 @@
 //! Cells as points and vectors in binary32, four lanes to a register; the fourth is no part of any result (spec §9.2).
 //!
 //! Lattice coordinates have at most 24 bits, so they are exact. Every operation is rounded once, in the order written here: with the
-//! registers of x86-64 and without them the results are the same bit for bit.
+//! registers of x86-64 or WebAssembly and without them the results are the same bit for bit.
 
-#[cfg(not(target_arch = "x86_64"))]
+#[cfg(not(any(target_arch = "x86_64", target_feature = "simd128")))]
 use portable as lanes;
+#[cfg(target_feature = "simd128")]
+use wasm as lanes;
 #[cfg(target_arch = "x86_64")]
 use x86 as lanes;
 
@@ -176,8 +178,77 @@ mod x86 {
     }
 }
 
+/// Registers of WebAssembly, where they are switched on.
+#[cfg(target_feature = "simd128")]
+mod wasm {
+    use std::arch::wasm32::*;
+
+    pub type Lanes = v128;
+
+    #[inline(always)]
+    pub fn of_floats([a, b, c, d]: [f32; 4]) -> Lanes {
+        f32x4(a, b, c, d)
+    }
+
+    #[inline(always)]
+    pub fn of_integers([a, b, c, d]: [i32; 4]) -> Lanes {
+        f32x4_convert_i32x4(i32x4(a, b, c, d))
+    }
+
+    #[inline(always)]
+    pub fn floats(v: Lanes) -> [f32; 4] {
+        [
+            f32x4_extract_lane::<0>(v),
+            f32x4_extract_lane::<1>(v),
+            f32x4_extract_lane::<2>(v),
+            f32x4_extract_lane::<3>(v),
+        ]
+    }
+
+    #[inline(always)]
+    pub fn add(a: Lanes, b: Lanes) -> Lanes {
+        f32x4_add(a, b)
+    }
+
+    #[inline(always)]
+    pub fn sub(a: Lanes, b: Lanes) -> Lanes {
+        f32x4_sub(a, b)
+    }
+
+    #[inline(always)]
+    pub fn mul(a: Lanes, b: Lanes) -> Lanes {
+        f32x4_mul(a, b)
+    }
+
+    #[inline(always)]
+    pub fn turned(v: Lanes) -> Lanes {
+        i32x4_shuffle::<1, 2, 0, 3>(v, v)
+    }
+
+    #[inline(always)]
+    pub fn transposed([a, b, c, d]: [Lanes; 4]) -> [Lanes; 3] {
+        let [ab, cd] = [i32x4_shuffle::<0, 4, 1, 5>(a, b), i32x4_shuffle::<0, 4, 1, 5>(c, d)];
+        let [ab_z, cd_z] = [i32x4_shuffle::<2, 6, 3, 7>(a, b), i32x4_shuffle::<2, 6, 3, 7>(c, d)];
+        [
+            i32x4_shuffle::<0, 1, 4, 5>(ab, cd),
+            i32x4_shuffle::<2, 3, 6, 7>(ab, cd),
+            i32x4_shuffle::<0, 1, 4, 5>(ab_z, cd_z),
+        ]
+    }
+
+    #[inline(always)]
+    pub fn truncate(x: f32) -> i32 {
+        x as i32
+    }
+
+    #[inline(always)]
+    pub fn truncate_long(x: f32) -> i64 {
+        x as i64
+    }
+}
+
 /// Arrays.
-#[cfg(any(test, not(target_arch = "x86_64")))]
+#[cfg(any(test, not(any(target_arch = "x86_64", target_feature = "simd128"))))]
 mod portable {
     use std::array::from_fn;
 

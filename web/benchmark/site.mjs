@@ -61,7 +61,6 @@ async function scripts() {
     minify: true,
     legalComments: "none",
     write: false,
-    external: ["node:*"],
     plugins: [three],
   });
   const bundles = outputFiles.map(({ path, contents }) => [`/${path.split("/").at(-1)}`, Buffer.from(contents)]);

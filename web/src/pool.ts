@@ -63,15 +63,32 @@ class Remote {
     const wasm = settings.wasm && String(new URL(settings.wasm, globalThis.document?.baseURI ?? location.href));
     call("open", wasm ? { ...settings, wasm } : settings).catch(() => {});
     let open = true;
+    // Bytes on their way to the worker, and whether it has told where what is wanted ends.
+    let [ahead, known] = [0, false];
     return {
       push: (bytes) => {
         // A piece of a larger buffer is copied: the rest of the buffer may be someone's.
         const own = bytes.byteLength === bytes.buffer.byteLength ? bytes : bytes.slice();
-        return call<number | null>("push", own, [own.buffer]);
+        const length = own.byteLength;
+        const answer = call<number | null>("push", own, [own.buffer]);
+        ahead += length;
+        const answered = answer.finally(() => (ahead -= length));
+        if (!known || ahead >= MOST_AHEAD) {
+          return answered.then((end) => {
+            known = end !== null;
+            return end;
+          });
+        }
+        // What is wrong, the next call says too.
+        answered.catch(() => {});
+        return Promise.resolve(null);
       },
       want: (until) => call<Contents | null>("want", until),
       end: (ended) => call("end", ended),
-      restart: () => call("restart"),
+      restart: () => {
+        known = false;
+        return call("restart");
+      },
       next: () => call<Delta | null>("next"),
       show: (level) => call<Delta>("show", level),
       close: () => {
@@ -99,6 +116,8 @@ class Remote {
   }
 }
 
+/** Bytes handed over without waiting: a slow line brings them in small pieces, and the worker answers between two slices of work. */
+const MOST_AHEAD = 1 << 18;
 let sessions = 0;
 
 function started(url: string | URL | undefined): Worker {

@@ -248,7 +248,9 @@ mod tests {
         fn it_finds_what_brute_force_finds(mesh in soup(), p in prop::array::uniform3(-6.0..6.0), guess: u32) {
             let (search, p) = (search(&mesh, 1), DVec3::from(p));
             let (distance, nearest) = search.nearest(p, guess % mesh.triangles.len() as u32);
-            prop_assert_eq!(distance, brute_force(&mesh, p));
+            // A box may be rounded to be a little further off than what is in it.
+            let nearest_of_all = brute_force(&mesh, p);
+            prop_assert!((distance - nearest_of_all).abs() <= 1e-14 * nearest_of_all, "{} {}", distance, nearest_of_all);
             prop_assert_eq!(search.distance_squared(p, nearest).sqrt(), distance);
         }
     }

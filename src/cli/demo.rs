@@ -5,13 +5,14 @@ use super::encode::{self, Encoded};
 use super::numbers::{count, grouped};
 use super::original;
 use super::output::{MeshFormat, Output, say};
-use super::page::Page;
+use super::page::{self, Page};
 use super::progress::Progress;
 use super::uwm::Uwm;
 use super::verify;
 use super::view;
 use anyhow::Context;
 use std::fs;
+use std::io::IsTerminal;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use unweld::container::Contents;
@@ -27,11 +28,12 @@ pub struct Args {
     /// The folder for the files
     #[arg(short, long, value_name = "DIR", default_value = "unweld-demo")]
     output: PathBuf,
-    /// End once all of it has been checked, instead of serving the page until Ctrl-C
+    /// End once all of it has been checked, instead of serving the page until Ctrl-C; so it does also where there is neither a terminal
+    /// nor a screen, without one of the next two
     #[arg(long)]
     once: bool,
-    /// Open no browser
-    #[arg(long)]
+    /// Serve the page, but open no browser
+    #[arg(long, conflicts_with = "once")]
     no_open: bool,
     /// The address of the page [default: 127.0.0.1:8080, or another port where that is taken]
     #[arg(long, value_name = "ADDRESS")]
@@ -104,7 +106,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         picture.name,
     ))?;
     let page = Page { folder, mesh: "demo.uwm", bytes: &file, address: args.addr };
-    page.show(!args.once, !args.once && !args.no_open)
+    let seen = page::may_open() || std::io::stdout().is_terminal();
+    let stay = !args.once && (seen || args.no_open || args.addr.is_some());
+    page.show(stay, stay && !args.no_open && page::may_open())?;
+    if !stay && !args.once {
+        say(
+            "There is neither a terminal nor a screen to look at it: --no-open would have gone on serving it\n",
+        )?;
+    }
+    Ok(())
 }
 
 /// Three levels whose sizes are far apart, coarse to fine.

@@ -48,7 +48,7 @@ impl Page<'_> {
             say(&format!("Served it: the page, and the mesh in {bytes}, arrive as they are\n"))?;
             if stay {
                 say(&format!("Look at it: http://{address}/ (Ctrl-C stops it)\n"))?;
-                if open && may_open() {
+                if open {
                     // The address has been told: whoever sees no browser can open one.
                     let _ = webbrowser::open(&format!("http://{address}/"));
                 }
@@ -102,7 +102,7 @@ fn get(address: SocketAddr, path: &str) -> anyhow::Result<Vec<u8>> {
 }
 
 /// Whether a browser would be seen: not on a machine without a screen, where a browser for terminals might take this one.
-fn may_open() -> bool {
+pub fn may_open() -> bool {
     !cfg!(all(unix, not(target_os = "macos")))
         || ["DISPLAY", "WAYLAND_DISPLAY"]
             .iter()

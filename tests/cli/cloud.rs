@@ -31,7 +31,7 @@ impl Moto {
     fn put(&self, path: &str, bytes: &[u8]) {
         let mut stream = TcpStream::connect(&self.1).unwrap();
         let head = format!(
-            "PUT {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nContent-Length: {}\r\n\r\n",
+            "PUT {path} HTTP/1.1\r\nHost: {}\r\nConnection: close\r\nx-amz-acl: public-read-write\r\nContent-Length: {}\r\n\r\n",
             self.1,
             bytes.len()
         );

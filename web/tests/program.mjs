@@ -1,10 +1,11 @@
-// The page as the program serves it: it wants nothing from elsewhere, keeps to its own policy, and shows the mesh of the demonstration.
+// The page as the program serves it: it wants nothing from elsewhere, keeps to its own policy, shows the mesh of the demonstration, and asks for
+// a token where the server wants one.
 // `node tests/program.mjs UNWELD [FOLDER FOR PICTURES]`, with the program's path.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
 import { existsSync } from "node:fs";
-import { mkdtemp, rm } from "node:fs/promises";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
@@ -15,15 +16,20 @@ const chromium = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-
 const { chromium: browserType } = await import("playwright-core");
 const [program, pictures] = process.argv.slice(2);
 const folder = await mkdtemp(join(tmpdir(), "unweld-served-"));
-const demo = spawn(program, ["demo", "--quiet", "--no-open", "--addr", "127.0.0.1:0", "--output", join(folder, "demo")]);
+const children = [];
+/** Runs the program; the address that it tells. */
+const addressOf = async (...words) => {
+  const child = spawn(program, [...words, "--addr", "127.0.0.1:0"], { stdio: ["ignore", "pipe", "inherit"] });
+  children.push(child);
+  for await (const line of createInterface(child.stdout)) {
+    const [address] = /http:\/\/[^ ]+/.exec(line) ?? [];
+    if (address) return address;
+  }
+  assert.fail(`${words[0]} told no address`);
+};
 let context;
 try {
-  let address;
-  for await (const line of createInterface(demo.stdout)) {
-    address = /http:\/\/[^ ]+/.exec(line)?.[0];
-    if (address) break;
-  }
-  assert.ok(address, "the demonstration told no address");
+  const address = await addressOf("demo", "--quiet", "--no-open", "--output", join(folder, "demo"));
   context = await browserType.launchPersistentContext(join(folder, "profile"), {
     executablePath: chromium,
     viewport: { width: 1280, height: 800 },
@@ -52,11 +58,30 @@ try {
     await page.waitForTimeout(1500);
     await page.screenshot({ path: join(pictures, "served-phone.png") });
   }
+  // Another server, whose meshes are for those with a token; one of them is damaged.
+  await writeFile(join(folder, "tokens"), "right\n");
+  await writeFile(join(folder, "demo", "damaged.uwm"), "not a mesh");
+  const closed = await addressOf("serve", join(folder, "demo"), "--token-file", join(folder, "tokens"));
+  await page.goto(closed);
+  for (const token of ["wrong", "right"]) {
+    await page.waitForSelector("#entry", { state: "visible" });
+    await page.fill("#token", token);
+    await page.click("#entry button");
+    if (token === "wrong") await page.waitForFunction(() => document.getElementById("message").textContent === "This token is not known here.");
+  }
+  await page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  const [shown, disabled] = await page.evaluate(() => [
+    document.getElementById("entry").checkVisibility(),
+    [...document.querySelectorAll("#meshes option:disabled")].map(({ text }) => text.split(" · ")[0]),
+  ]);
+  assert.deepEqual([shown, disabled], [false, ["damaged.uwm"]]);
   console.log(`${triangles.toLocaleString("en")} triangles in ${bytes.toLocaleString("en")} bytes, ${requests.length} requests, none elsewhere`);
 } finally {
   await context?.close();
-  const ended = new Promise((resolve) => demo.once("exit", resolve));
-  demo.kill("SIGINT");
-  await ended;
+  for (const child of children) {
+    const ended = new Promise((resolve) => child.once("exit", resolve));
+    child.kill("SIGINT");
+    await ended;
+  }
   await rm(folder, { recursive: true, force: true });
 }

@@ -154,18 +154,19 @@ interface Listed {
   error?: string;
 }
 
-/** All meshes of the server, or `null` where it tells none. */
-async function listed(): Promise<Listed[] | null> {
+/** All meshes of the server, or the status of its refusal; 0 where there is no answer. */
+async function listed(): Promise<Listed[] | number> {
   const list: Listed[] = [];
   for (let after: string | null = ""; after !== null && list.length < 10_000; ) {
     const query: string = after ? `?after=${encodeURIComponent(after)}` : "";
-    const response: Response | null = await fetch(`meshes${query}`, { headers: { Accept: "application/json" } }).catch(() => null);
-    if (!response?.ok) return list.length > 0 ? list : null;
+    const headers = { Accept: "application/json", ...loader.requestHeader };
+    const response: Response | null = await fetch(`meshes${query}`, { headers }).catch(() => null);
+    if (!response?.ok) return list.length > 0 ? list : (response?.status ?? 0);
     const page: { meshes: Listed[]; next?: string | null } = await response.json();
     list.push(...page.meshes);
     after = page.next ?? null;
   }
-  return list.filter(({ error }) => !error);
+  return list;
 }
 
 async function begin(): Promise<void> {
@@ -174,14 +175,21 @@ async function begin(): Promise<void> {
     element("name").textContent = source.split("/").at(-1) ?? source;
     return load(source);
   }
+  // Nobody else gets the token: an address in `src` may be anyone's.
+  const token = sessionStorage.getItem("token");
+  if (token) loader.setRequestHeader({ Authorization: `Bearer ${token}` });
   const list = await listed();
-  if (!list) return say("There is no list of meshes here. Add ?src=ADDRESS of a .uwm file.");
-  if (list.length === 0) return say("The list of meshes is empty.");
-  const option = ({ name, triangles }: Listed) =>
-    new Option(
-      triangles ? `${name} · ${triangles.toLocaleString("en")}` : name,
-      `meshes/${name.split("/").map(encodeURIComponent).join("/")}`,
-    );
+  element("entry").hidden = list !== 401;
+  if (list === 401) return say(token ? "This token is not known here." : "This server wants a token.");
+  say("");
+  if (!Array.isArray(list)) return say("There is no list of meshes here. Add ?src=ADDRESS of a .uwm file.");
+  if (list.every(({ error }) => error)) return say(list[0] ? `${list[0].name}: ${list[0].error}` : "The list of meshes is empty.");
+  const option = ({ name, triangles, error }: Listed) => {
+    const text = error ? `${name} · ${error}` : triangles ? `${name} · ${triangles.toLocaleString("en")}` : name;
+    const made = new Option(text, `meshes/${name.split("/").map(encodeURIComponent).join("/")}`);
+    made.disabled = Boolean(error);
+    return made;
+  };
   meshes.replaceChildren(...list.map(option));
   meshes.hidden = false;
   element("name").hidden = true;
@@ -196,5 +204,10 @@ for (const name of ["edges", "flat", "slide"] as const) {
   stage[name](box.checked);
 }
 element("again").onclick = () => current && load(current);
+element("entry").onsubmit = (event) => {
+  event.preventDefault();
+  sessionStorage.setItem("token", element<HTMLInputElement>("token").value);
+  begin().catch(failed);
+};
 addEventListener("resize", arrange);
 begin().catch(failed);

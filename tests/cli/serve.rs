@@ -72,3 +72,62 @@ fn what_cannot_be_served() {
     #[cfg(not(feature = "cloud"))]
     folder.run("serve s3://bucket/x").failed(1, "s3://bucket/x: s3:// wants a build with --features cloud");
 }
+
+#[test]
+#[cfg(unix)]
+fn killed_and_started_again() {
+    let folder = Folder::with_sphere();
+    let file = folder.bytes("sphere.uwm");
+    let (mut child, address) = started(&folder, ".");
+    let mut stream = TcpStream::connect(&address).unwrap();
+    stream.write_all(b"GET /meshes/sphere.uwm HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+    let mut begun = vec![0; 1000];
+    stream.read_exact(&mut begun).unwrap();
+    // SIGKILL.
+    child.kill().unwrap();
+    child.wait().unwrap();
+    assert!(TcpStream::connect(&address).is_err(), "nobody is there");
+    let text = String::from_utf8_lossy(&begun).into_owned();
+    let tag = text.lines().find_map(|line| line.strip_prefix("etag: ")).unwrap();
+    let received = begun.len() - (begun.windows(4).position(|four| four == b"\r\n\r\n").unwrap() + 4);
+
+    let (mut child, address) = started(&folder, ".");
+    let rest =
+        get(&address, "/meshes/sphere.uwm", &format!("Range: bytes={received}-\r\nIf-Range: {tag}\r\n"));
+    assert!(rest.starts_with(b"HTTP/1.1 206 "), "the version is still the same");
+    let whole = [&begun[begun.len() - received..], &rest[rest.len() - (file.len() - received)..]].concat();
+    assert!(whole == file);
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn ten_thousand_idle_connections() {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    let limit = getrlimit(Resource::Nofile);
+    setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, maximum: limit.maximum }).unwrap();
+    let files = limit.maximum.map_or(usize::MAX, |n| n as usize);
+    let count = 10_000.min(files.saturating_sub(500));
+    if count < 10_000 {
+        eprintln!("only {count} connections: {files} files may be open");
+    }
+    let folder = Folder::with_sphere();
+    let (mut child, address) = started(&folder, ". --timeout 2");
+    // Those that find no place wait until others have been idle for too long.
+    let connect =
+        || -> Vec<TcpStream> { (0..count / 8).map(|_| TcpStream::connect(&address).unwrap()).collect() };
+    let idle: Vec<Vec<TcpStream>> = std::thread::scope(|scope| {
+        let threads: Vec<_> = (0..8).map(|_| scope.spawn(connect)).collect();
+        threads.into_iter().map(|thread| thread.join().unwrap()).collect()
+    });
+    assert!(get(&address, "/meshes/sphere.uwm", "").ends_with(&folder.bytes("sphere.uwm")));
+    let status = std::fs::read_to_string(format!("/proc/{}/status", child.id())).unwrap();
+    let peak = status.lines().find_map(|line| line.strip_prefix("VmHWM:")).unwrap();
+    let kilobytes: u64 = peak.trim().trim_end_matches(" kB").parse().unwrap();
+    // 4,096 connections at a time, each with less than 32 KiB, beside what the program takes.
+    assert!(kilobytes < 200 << 10, "{kilobytes} kB");
+    drop(idle);
+    child.kill().unwrap();
+    child.wait().unwrap();
+}

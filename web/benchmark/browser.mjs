@@ -1,20 +1,13 @@
 // Chromium: lines of a certain speed, loads, and what they cost.
 
-import { existsSync } from "node:fs";
 import { readFile, writeFile } from "node:fs/promises";
 import { chromium as browserType } from "playwright-core";
+import { ARGUMENTS, chromium } from "../tests/chromium.mjs";
 
-/** Where Chromium is, or `undefined`. */
-export const chromium = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(
-  (path) => path && existsSync(path),
-);
+export { chromium };
 
-const ARGUMENTS = [
-  ...["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"],
-  ...["--disable-component-update", "--disable-sync", "--disable-gpu", "--enable-unsafe-swiftshader"],
-  // Sizes of the heap as they are, not rounded and old.
-  "--enable-precise-memory-info",
-];
+// Sizes of the heap as they are, not rounded and old.
+const PRECISE = "--enable-precise-memory-info";
 
 /** A browser with pages of one site. */
 export class Browser {
@@ -25,7 +18,7 @@ export class Browser {
   static async start(site) {
     const browser = new Browser();
     browser.#site = site;
-    browser.#browser = await browserType.launch({ executablePath: chromium, args: ARGUMENTS });
+    browser.#browser = await browserType.launch({ executablePath: chromium, args: [...ARGUMENTS, PRECISE] });
     return browser;
   }
 

@@ -3,17 +3,14 @@
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { existsSync } from "node:fs";
 import { mkdir, mkdtemp, readFile, rm } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { basename, join } from "node:path";
 import { fileURLToPath } from "node:url";
 import { decode, WorkerPool } from "../dist/unweld.js";
+import { ARGUMENTS, chromium } from "./chromium.mjs";
 import { serve } from "./server.mjs";
 
-const chromium = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(
-  (path) => path && existsSync(path),
-);
 const { chromium: browserType } = await import("playwright-core").catch(() => ({}));
 if (!chromium || !browserType) {
   console.log(`skipped: ${chromium ? "playwright-core is not installed (cd web && npm ci)" : "there is no Chromium"}`);
@@ -45,12 +42,7 @@ const profile = await mkdtemp(join(tmpdir(), "unweld-browser-"));
 const context = await browserType.launchPersistentContext(profile, {
   executablePath: chromium,
   viewport: { width: 1280, height: 800 },
-  args: ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"].concat([
-    "--disable-component-update",
-    "--disable-sync",
-    "--disable-gpu",
-    "--enable-unsafe-swiftshader",
-  ]),
+  args: ARGUMENTS,
 });
 
 try {

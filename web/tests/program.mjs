@@ -4,15 +4,12 @@
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
-import { existsSync } from "node:fs";
 import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
+import { ARGUMENTS, chromium } from "./chromium.mjs";
 
-const chromium = [process.env.CHROMIUM, "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"].find(
-  (path) => path && existsSync(path),
-);
 const { chromium: browserType } = await import("playwright-core");
 const [program, pictures] = process.argv.slice(2);
 const folder = await mkdtemp(join(tmpdir(), "unweld-served-"));
@@ -33,12 +30,7 @@ try {
   context = await browserType.launchPersistentContext(join(folder, "profile"), {
     executablePath: chromium,
     viewport: { width: 1280, height: 800 },
-    args: ["--headless", "--no-sandbox", "--disable-quic", "--no-first-run", "--disable-background-networking"].concat([
-      "--disable-component-update",
-      "--disable-sync",
-      "--disable-gpu",
-      "--enable-unsafe-swiftshader",
-    ]),
+    args: ARGUMENTS,
   });
   const page = await context.newPage();
   const [faults, requests] = [[], []];

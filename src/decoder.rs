@@ -44,6 +44,8 @@ pub struct Options {
     pub until: Until,
     /// Whether to keep what it takes to go down again: see [`Decoder::coarsen`].
     pub undo: bool,
+    /// Whether to tell of flips: see [`Delta::flips`].
+    pub flips: bool,
 }
 
 /// What changed in the mesh since the event before. All numbers are those of [`Decoder::mesh`].
@@ -53,7 +55,8 @@ pub struct Delta {
     pub vertices: Range<u32>,
     /// Where each of them was inserted: on an edge, in a triangle, or outside a boundary edge.
     pub parents: Vec<Site>,
-    /// The flips that followed, in order: the vertex inserted, and the start and end of the link edge that was flipped.
+    /// With [`Options::flips`] the flips that followed, in order: the vertex inserted, and the start and end of the link edge that was
+    /// flipped.
     pub flips: Vec<[Vertex; 3]>,
     /// Vertices moved by a precision pass, ascending.
     pub moved: Vec<u32>,

@@ -409,6 +409,6 @@ fn flat<T>(list: impl ExactSizeIterator<Item = u32>, value: impl Fn(u32) -> [T; 
 
 impl Settings {
     fn options(self) -> Options {
-        Options { undo: self.undo, ..Options::default() }
+        Options { undo: self.undo, flips: self.jumps, ..Options::default() }
     }
 }

@@ -51,6 +51,8 @@ pub struct Session {
     /// Where the first of them stands in the file.
     parts_start: u64,
     log: Option<Log>,
+    /// Whether deltas tell of flips.
+    flips: bool,
     stopped: bool,
 }
 
@@ -72,6 +74,7 @@ impl Session {
             parts: Vec::new(),
             parts_start: 0,
             log: options.undo.then(Log::default),
+            flips: options.flips,
             stopped: false,
             options,
         }
@@ -397,8 +400,10 @@ impl Session {
                 .rewritten
                 .extend(inserted.star.iter().map(|c| c.triangle().0).filter(|&t| t < first_triangle));
             delta.parents.push(inserted.site);
-            let flipped = inserted.flips.iter().zip(&inserted.ends);
-            delta.flips.extend(flipped.map(|(&p, &q)| [inserted.vertex, p, q]));
+            if self.flips {
+                let flipped = inserted.flips.iter().zip(&inserted.ends);
+                delta.flips.extend(flipped.map(|(&p, &q)| [inserted.vertex, p, q]));
+            }
             if let Some(log) = &mut self.log {
                 log.push(inserted);
             }

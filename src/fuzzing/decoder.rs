@@ -57,7 +57,12 @@ pub(super) fn from_keyframe(file: &[u8], contents: &Arc<Contents>, j: u32, optio
 }
 
 fn options() -> Options {
-    Options { limits: Limits { memory: 64 << 20, work: 1 << 22 }, undo: true, ..Options::default() }
+    Options {
+        limits: Limits { memory: 64 << 20, work: 1 << 22 },
+        undo: true,
+        flips: true,
+        ..Options::default()
+    }
 }
 
 fn decode(file: &[u8], choices: &mut Choices) -> Result<()> {

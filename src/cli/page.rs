@@ -85,7 +85,8 @@ fn check(address: SocketAddr, mesh: &str, bytes: &[u8]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The body of an answer. HTTP 1.0 has no chunks, and its connections end.
+/// The body of an answer. It is not asked for by `client::Http`, which would go through a proxy that the environment names; HTTP 1.0
+/// has no chunks, and its connections end.
 fn get(address: SocketAddr, path: &str) -> anyhow::Result<Vec<u8>> {
     let url = || format!("http://{address}{path}");
     let mut stream = TcpStream::connect(address).with_context(url)?;

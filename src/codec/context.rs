@@ -1,33 +1,46 @@
 //! What a decision is coded under: small classes of the geometry at hand, in integers and plain binary32 (spec §5.5.3, §9.2).
 
-use super::vector::{Vector, exponent, truncate};
+use super::vector::{Four, Vector, Vectors, exponent};
 
-/// Classes of the angles of [`link_edge`].
+/// Classes of the angles of [`link_edges`].
 pub const ANGLES: usize = 16;
-/// Classes of the bend of [`link_edge`].
-pub const BENDS: usize = 5;
+/// Classes of the bends of [`link_edges`].
+#[cfg(test)]
+const BENDS: usize = 5;
 
-/// How far the edge p–q between v and r is from being locally Delaunay, and how sharply the surface bends there.
+/// The edges p–q, four of them, between v and r: how far from being locally Delaunay they are, and how sharply the surface bends
+/// there. One number below [`ANGLES`] * [`BENDS`] for both.
 #[inline(always)]
-pub fn link_edge(v: Vector, p: Vector, q: Vector, r: Vector) -> (usize, usize) {
+pub fn link_edges(v: Vector, p: [Vector; 4], q: [Vector; 4], r: [Vector; 4]) -> [u8; 4] {
+    let [v, p, q, r] = [Vectors::of(v), Vectors::new(p), Vectors::new(q), Vectors::new(r)];
     let (vp, vq, rp, rq) = (p - v, q - v, p - r, q - r);
     let (normal_v, normal_r) = (vp.cross(vq), rq.cross(rp));
-    let [square_v, square_r, dot_v, dot_r] =
-        Vector::dots([(normal_v, normal_v), (normal_r, normal_r), (vp, vq), (rp, rq)]);
-    let (length_v, length_r) = (square_v.sqrt().max(0.5), square_r.sqrt().max(0.5));
-    let both = 1.0 / (length_v * length_r);
+    let length = |normal: Vectors| normal.dot(normal).sqrt().max(Four::of(0.5));
+    let (length_v, length_r) = (length(normal_v), length(normal_r));
+    let one = Four::of(1.0);
+    let both = one / (length_v * length_r);
     // cot(angle at v) + cot(angle at r), and from there to -1 .. 1.
-    let sum = (dot_v * length_r + dot_r * length_v) * both;
-    let angle = sum / (1.0 + sum.abs());
-    let cosine = normal_v.dot(normal_r) * both;
-    // From flat, below 2^-7, to more than a right angle, in steps of 4.
-    let bend = (exponent(1.0 - cosine).clamp(-8, 1) + 8) as usize / 2;
-    (truncate(angle * 8.0 + 8.0).clamp(0, ANGLES as i32 - 1) as usize, bend)
+    let sum = (vp.dot(vq) * length_r + rp.dot(rq) * length_v) * both;
+    let angle = sum / (one + sum.abs());
+    let angles = (angle * Four::of(8.0) + Four::of(8.0)).truncated();
+    let flat = (one - normal_v.dot(normal_r) * both).floats();
+    std::array::from_fn(|i| {
+        // From flat, below 2^-7, to more than a right angle, in steps of 4.
+        let bend = (exponent(flat[i]).clamp(-8, 1) + 8) as u8 / 2;
+        bend * ANGLES as u8 + angles[i].clamp(0, ANGLES as i32 - 1) as u8
+    })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// Angle and bend, wherever among four.
+    fn link_edge(v: Vector, p: Vector, q: Vector, r: Vector) -> (usize, usize) {
+        let [a, b, c, d] = link_edges(v, [p; 4], [q; 4], [r; 4]);
+        assert!(a == b && b == c && c == d);
+        (usize::from(a) % ANGLES, usize::from(a) / ANGLES)
+    }
 
     fn at(x: i32, y: i32, z: i32) -> Vector {
         Vector::of_cell([x, y, z])

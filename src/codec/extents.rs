@@ -1,6 +1,6 @@
 //! Where the vertices are, and how large everything is round them (spec §5.5.1).
 
-use super::vector::{Vector, truncate_long};
+use super::vector::{Vector, Vectors, truncate_long};
 use crate::mesh::Vertex;
 use crate::refine::ProgressiveMesh;
 
@@ -31,8 +31,10 @@ pub struct Extents {
     precision: u32,
 }
 
-/// Classes of [`Extents::class`].
-pub const CLASSES: usize = 20;
+/// More than there are classes of [`Extents::class`], so that any five bits make one.
+pub const CLASSES: usize = 32;
+/// The last class.
+const LONGEST: usize = 19;
 
 impl Extents {
     /// Measures a mesh in cells of side 2^`precision`.
@@ -45,7 +47,7 @@ impl Extents {
             // NONE is the largest number: every edge is met once.
             if c < mesh.table.opposite(c) {
                 let (a, b) = mesh.table.edge(c);
-                this.count_edge(a, b, true);
+                this.appear(a, b, length_squared(this.cell(b) - this.cell(a)));
             }
         }
         this
@@ -69,12 +71,6 @@ impl Extents {
         (self.at(v).edges, self.at(v).squares)
     }
 
-    /// Says that `w` is on the link of `v`.
-    #[inline(always)]
-    pub fn link(&mut self, w: Vertex, v: Vertex) {
-        self.extents[w.index()].linked = v;
-    }
-
     /// Makes room for so many vertices in all.
     pub fn reserve(&mut self, vertices: usize) {
         self.extents.reserve_exact(vertices.saturating_sub(self.extents.len()));
@@ -94,23 +90,49 @@ impl Extents {
         }
     }
 
-    /// Counts an edge that has appeared, or one that is about to go.
-    #[inline]
-    pub fn count_edge(&mut self, a: Vertex, b: Vertex, is_new: bool) {
-        let edge = self.cell(b) - self.cell(a);
-        let square = length_squared(edge);
-        let (square, one) = if is_new { (square, 1) } else { (-square, -1) };
+    /// The edge between `a` and `b`, of this squared length, appears.
+    fn appear(&mut self, a: Vertex, b: Vertex, square: i64) {
         for v in [a, b] {
             let extent = &mut self.extents[v.index()];
             extent.squares = extent.squares.wrapping_add(square);
-            extent.edges += one;
+            extent.edges += 1;
         }
     }
 
-    /// Counts the edges of a new vertex to its link.
+    /// The edge between `a` and `b`, of this squared length, is no more.
     #[inline(always)]
-    pub fn spokes(&mut self, v: Vertex) -> Spokes<'_> {
-        Spokes { at: self.cell(v), extents: &mut self.extents, v, squares: 0, edges: 0 }
+    pub fn part(&mut self, a: Vertex, b: Vertex, square: i64) {
+        for v in [a, b] {
+            let extent = &mut self.extents[v.index()];
+            extent.squares = extent.squares.wrapping_sub(square);
+            extent.edges -= 1;
+        }
+    }
+
+    /// An edge of this squared length leads from `w`, on the link of `v`, to `v`. Returns the square.
+    #[inline(always)]
+    pub fn meet(&mut self, w: Vertex, v: Vertex, square: i64) -> i64 {
+        let extent = &mut self.extents[w.index()];
+        extent.squares = extent.squares.wrapping_add(square);
+        extent.edges += 1;
+        extent.linked = v;
+        square
+    }
+
+    /// [`Extents::meet`] where the edge takes the place of one of squared length `instead`.
+    #[inline(always)]
+    pub fn join(&mut self, w: Vertex, v: Vertex, square: i64, instead: i64) -> i64 {
+        let extent = &mut self.extents[w.index()];
+        extent.squares = extent.squares.wrapping_add(square - instead);
+        extent.linked = v;
+        square
+    }
+
+    /// All edges of a new vertex have been counted.
+    #[inline(always)]
+    pub fn settle(&mut self, v: Vertex, spokes: Spokes) {
+        let extent = &mut self.extents[v.index()];
+        (extent.squares, extent.edges) = (spokes.squares, spokes.edges);
     }
 
     /// How long an edge is beside those round it: the class of its squared length over the mean of those of the edges at its ends.
@@ -120,42 +142,36 @@ impl Extents {
         let (edge, edges) = (b.cell - a.cell, (a.edges + b.edges) as f32);
         let size = edge.dot(edge) * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
         // Quarter octaves from 2^-2.5 on: the leading bits of the number.
-        ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(CLASSES - 1)
+        ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(LONGEST)
     }
 }
 
 /// The edges of a new vertex while they are counted.
-pub struct Spokes<'a> {
-    extents: &'a mut [Extent],
-    v: Vertex,
-    at: Vector,
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Spokes {
     squares: i64,
     edges: i32,
 }
 
-impl Spokes<'_> {
-    /// Counts the edge to `w`.
+impl Spokes {
+    /// Counts one of this squared length.
     #[inline(always)]
-    pub fn count(&mut self, w: Vertex) {
-        let extent = &mut self.extents[w.index()];
-        let square = length_squared(extent.cell - self.at);
-        extent.squares = extent.squares.wrapping_add(square);
-        extent.edges += 1;
+    pub fn count(&mut self, square: i64) {
         self.squares = self.squares.wrapping_add(square);
         self.edges += 1;
     }
-
-    /// All edges have been counted.
-    #[inline(always)]
-    pub fn finish(self) {
-        let extent = &mut self.extents[self.v.index()];
-        (extent.squares, extent.edges) = (self.squares, self.edges);
-    }
 }
 
-/// Rounded down to an integer.
+/// The squared lengths of the edges to four cells.
 #[inline(always)]
-fn length_squared(v: Vector) -> i64 {
+pub fn squares_from(at: Vector, cells: [Vector; 4]) -> [i64; 4] {
+    let to = Vectors::new(cells) - Vectors::of(at);
+    to.dot(to).floats().map(truncate_long)
+}
+
+/// The squared length of an edge, rounded down to an integer.
+#[inline(always)]
+pub fn length_squared(v: Vector) -> i64 {
     truncate_long(v.dot(v))
 }
 

@@ -8,6 +8,7 @@ pub mod edgebreaker;
 mod extents;
 pub mod grid;
 pub mod keyframe;
+mod lanes;
 pub mod order;
 mod places;
 pub mod position;

@@ -1,13 +1,15 @@
 //! A refinement level, operation by operation: splits with positions and flips, face splits, attachments (spec §5.3 to §5.5).
 
-use super::context::{self, ANGLES, BENDS};
+mod star;
+
 use super::extents::{self, Extents};
-use super::position::{PositionModels, Surroundings};
-use super::vector::{Vector, truncate};
+use super::position::PositionModels;
+use super::vector::truncate;
 use super::walk::Walk;
 use crate::entropy::{Bit, BitCoder, CodingError};
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
+use star::LinkEdge;
 
 /// Most triangles in the star of a new vertex; no flip is asked for beyond it (spec §5.3).
 pub const MAX_STAR: usize = 64;
@@ -17,7 +19,8 @@ pub const MAX_STAR: usize = 64;
 pub struct SegmentModels {
     /// By kind, how many sides are closed (0 to 4; eight places make any three bits one), class.
     split: [[[Bit; extents::CLASSES]; 8]; 2],
-    flip: [[Bit; ANGLES]; BENDS],
+    /// By what [`link_edges`](super::context::link_edges) tells; more places than that, so that any seven bits make one.
+    flip: [Bit; 128],
     face: Bit,
     attach: Bit,
     position: PositionModels,
@@ -28,7 +31,7 @@ impl Default for SegmentModels {
     fn default() -> Self {
         Self {
             split: [[[Bit::NEW; extents::CLASSES]; 8]; 2],
-            flip: [[Bit::NEW; ANGLES]; BENDS],
+            flip: [Bit::NEW; 128],
             face: Bit::NEW,
             attach: Bit::NEW,
             position: PositionModels::default(),
@@ -85,18 +88,18 @@ pub struct Inserted {
     pub vertex: Vertex,
     /// Where it was inserted: its parents.
     pub site: Site,
-    /// The starts of the link edges flipped, in order.
-    pub flips: Vec<Vertex>,
-    /// Their ends.
-    pub ends: Vec<Vertex>,
-    /// The corners at it; those of its triangles that existed before the operation have been rewritten.
+    /// The link edges flipped, start and end, in order.
+    pub flips: Vec<[Vertex; 2]>,
+    /// The corners at it: those in new triangles, then those in triangles that were there before and have been rewritten.
     pub star: Vec<Corner>,
+    /// How many of its triangles are new.
+    pub created: usize,
 }
 
 impl Default for Inserted {
     fn default() -> Self {
         let site = Site::Edge(Vertex::NONE, Vertex::NONE);
-        Self { vertex: Vertex::NONE, site, flips: Vec::new(), ends: Vec::new(), star: Vec::new() }
+        Self { vertex: Vertex::NONE, site, flips: Vec::new(), star: Vec::new(), created: 0 }
     }
 }
 
@@ -122,6 +125,23 @@ enum Pass {
     Done,
 }
 
+/// An edge that may be split.
+#[derive(Clone, Copy, Debug)]
+struct Asked {
+    /// The corner on its left, and on its right where there is one.
+    left: Corner,
+    right: Corner,
+    /// How long it is.
+    class: u8,
+}
+
+impl Asked {
+    const NONE: Self = Self { left: Corner::NONE, right: Corner::NONE, class: 0 };
+}
+
+/// Edges that are looked at together, before the first of them is asked for (spec §5.5.2).
+const AHEAD: usize = 64;
+
 /// The state of a level under way; it survives from atom to atom.
 #[derive(Debug)]
 pub struct LevelPass {
@@ -134,11 +154,15 @@ pub struct LevelPass {
     boundary: Vec<(Vertex, Vertex)>,
     pass: Pass,
     cursor: usize,
+    /// Of the next edges those that no star had reached when they were looked at, how many they are, and how many of them are done.
+    asked: [Asked; AHEAD],
+    asked_count: usize,
+    asked_done: usize,
     precision: u32,
     /// Largest coordinate of a cell.
     max: i32,
-    /// Of the star under way: the corners at the new vertex whose link edges are to be looked at.
-    queue: [Corner; 2 * MAX_STAR],
+    /// Of the star under way: the link edges to be looked at.
+    queue: [LinkEdge; 2 * MAX_STAR],
     inserted: Inserted,
     /// Bits that positions took, where this side writes.
     pub position_bits: f64,
@@ -162,9 +186,12 @@ impl LevelPass {
             boundary: Vec::new(),
             pass: Pass::Split,
             cursor: 0,
+            asked: [Asked::NONE; AHEAD],
+            asked_count: 0,
+            asked_done: 0,
             precision,
             max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
-            queue: [Corner::NONE; 2 * MAX_STAR],
+            queue: [LinkEdge::NONE; 2 * MAX_STAR],
             inserted: Inserted::default(),
             position_bits: 0.0,
         };
@@ -180,6 +207,7 @@ impl LevelPass {
         }
         self.pass = Pass::Split;
         self.cursor = 0;
+        (self.asked_count, self.asked_done) = (0, 0);
         self.position_bits = 0.0;
         self.extents.reserve(mesh.positions.capacity());
         self.walk(mesh);
@@ -247,166 +275,76 @@ impl LevelPass {
         &mut self,
         under: &mut Under<C, A>,
     ) -> Result<bool, RefinementError> {
-        while let Some(&k) = self.walk.edges.get(self.cursor) {
-            self.cursor += 1;
-            let table = &under.mesh.table;
-            let left = self.states[k.triangle().index()];
-            if left == STAR {
-                continue;
-            }
-            let o = table.opposite(k);
-            let closed = if o.is_some() {
-                let right = self.states[o.triangle().index()];
-                if right == STAR {
+        loop {
+            while self.asked_done < self.asked_count {
+                let Asked { left: k, right: o, class } = self.asked[self.asked_done & (AHEAD - 1)];
+                self.asked_done += 1;
+                let left = self.states[k.triangle().index()];
+                if left == STAR {
                     continue;
                 }
-                left + right
-            } else {
-                left - 1
-            };
-            let (a, b) = table.edge(k);
-            let class = self.extents.class(a, b);
-            let model = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7][class];
-            if under.coder.bit(model, || under.answers.split(table, k)) {
-                under.coder.check()?;
-                self.split(under, k)?;
-                return Ok(true);
-            }
-        }
-        Ok(false)
-    }
-
-    fn split<C: BitCoder, A: Answers>(
-        &mut self,
-        under: &mut Under<C, A>,
-        k: Corner,
-    ) -> Result<(), RefinementError> {
-        let table = &under.mesh.table;
-        let (a, b) = table.edge(k);
-        let o = table.opposite(k);
-        let start = self.extents.cell(a);
-        let to = |c: Corner| self.extents.cell(table.vertex(c)) - start;
-        let mut wings = (Vector::default(), 0.0);
-        let mut add_wings = |c: Corner| {
-            for beyond in [table.opposite(c.next()), table.opposite(c.prev())] {
-                if beyond.is_some() {
-                    wings = (wings.0 + to(beyond), wings.1 + 1.0);
+                let closed = if o.is_some() {
+                    let right = self.states[o.triangle().index()];
+                    if right == STAR {
+                        continue;
+                    }
+                    left + right
+                } else {
+                    left - 1
+                };
+                let models = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7];
+                let model = &mut models[usize::from(class) & (extents::CLASSES - 1)];
+                if under.coder.bit(model, || under.answers.split(&under.mesh.table, k)) {
+                    under.coder.check()?;
+                    self.split(under, k)?;
+                    return Ok(true);
                 }
             }
-        };
-        add_wings(k);
-        if o.is_some() {
-            add_wings(o);
-        }
-        let around = Surroundings {
-            start: self.cell(a),
-            edge: self.extents.cell(b) - start,
-            left: to(k),
-            right: o.is_some().then(|| to(o)),
-            wings,
-        };
-        let (v, position) =
-            self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
-        self.extents.count_edge(a, b, false);
-        let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
-        self.place(under.mesh, v, position);
-        self.begin(v, Site::Edge(a, b));
-        for &c in &corners[..count] {
-            self.star(c);
-        }
-        self.flips(under, v, &corners[..count]);
-        self.end(under.mesh, a, Some((a, b)));
-        Ok(())
-    }
-
-    /// Asks, first in first out, for the flips of the link edges that `corners` at `v` face.
-    #[inline]
-    fn flips<C: BitCoder, A: Answers>(&mut self, under: &mut Under<C, A>, v: Vertex, corners: &[Corner]) {
-        for (place, &c) in self.queue.iter_mut().zip(corners) {
-            *place = c;
-            let (p, q) = under.mesh.table.edge(c);
-            self.extents.link(p, v);
-            self.extents.link(q, v);
-        }
-        let pv = self.extents.cell(v);
-        let mut size = corners.len();
-        let (mut head, mut tail) = (0, size);
-        while head < tail && size < MAX_STAR {
-            let c = self.queue[head & (2 * MAX_STAR - 1)];
-            head += 1;
-            let table = &under.mesh.table;
-            let o = table.opposite(c);
-            if o.is_none() || self.states[o.triangle().index()] == STAR {
-                continue;
+            if self.cursor >= self.walk.edges.len() {
+                return Ok(false);
             }
-            let r = table.vertex(o);
-            let far = self.extents.at(r);
-            if far.linked == v {
-                continue;
-            }
-            let (p, q) = table.edge(c);
-            let (angle, bend) = context::link_edge(pv, self.extents.cell(p), self.extents.cell(q), far.cell);
-            let model = &mut under.models.flip[bend][angle];
-            if under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
-                let other = stellar::flip(&mut under.mesh.table, c);
-                self.queue[tail & (2 * MAX_STAR - 1)] = c;
-                self.queue[(tail + 1) & (2 * MAX_STAR - 1)] = other;
-                tail += 2;
-                self.extents.count_edge(p, q, false);
-                self.extents.link(r, v);
-                self.star(other);
-                size += 1;
-                self.inserted.flips.push(p);
-                self.inserted.ends.push(q);
-            }
+            self.look_ahead(&under.mesh.table);
         }
     }
 
-    fn begin(&mut self, v: Vertex, site: Site) {
-        self.inserted.vertex = v;
-        self.inserted.site = site;
-        self.inserted.flips.clear();
-        self.inserted.ends.clear();
-        self.inserted.star.clear();
-    }
-
-    /// Counts the triangle of a corner at the new vertex to its star.
-    #[inline]
-    fn star(&mut self, c: Corner) {
-        let t = c.triangle().index();
-        if t >= self.states.len() {
-            self.states.resize(t + 1, STAR);
+    /// Looks at the next edges, all at once: what has to be waited for is waited for together.
+    fn look_ahead(&mut self, table: &CornerTable) {
+        let from = self.cursor;
+        self.cursor = self.walk.edges.len().min(from + AHEAD);
+        let next = self.walk.edges.len().min(self.cursor + AHEAD);
+        for &k in &self.walk.edges[self.cursor..next] {
+            table.prefetch(k);
         }
-        self.states[t] = STAR;
-        self.inserted.star.push(c);
-    }
-
-    /// The last flip is done: looks after the root edge, and tells the triangles round the star.
-    fn end(&mut self, mesh: &mut ProgressiveMesh, beside: Vertex, split: Option<(Vertex, Vertex)>) {
-        let v = self.inserted.vertex;
-        let flipped = self.inserted.flips.iter().copied().zip(self.inserted.ends.iter().copied());
-        mesh.roots.insert(&mesh.table, v, beside, flipped.chain(split));
-        let mut spokes = self.extents.spokes(v);
-        for &c in &self.inserted.star {
-            let [_, p, q] = mesh.table.vertices_from(c);
-            let [beyond, behind, _] = mesh.table.opposites_from(c);
-            if let Some(state) = self.states.get_mut(beyond.triangle().index()) {
-                *state += u8::from(*state != STAR);
-            }
-            spokes.count(p);
-            if behind.is_none() {
-                spokes.count(q);
-            }
+        let mut count = 0;
+        for &k in &self.walk.edges[from..self.cursor] {
+            let o = table.opposite(k);
+            table.prefetch(o);
+            let right = if o.is_some() { self.states[o.triangle().index()] } else { 0 };
+            let reached = self.states[k.triangle().index()] == STAR || right == STAR;
+            self.asked[count & (AHEAD - 1)] = Asked { left: k, right: o, class: 0 };
+            count += usize::from(!reached);
         }
-        spokes.finish();
+        for asked in &mut self.asked[..count] {
+            let (a, b) = table.edge(asked.left);
+            asked.class = self.extents.class(a, b) as u8;
+        }
+        (self.asked_count, self.asked_done) = (count, 0);
     }
 
     fn next_face<C: BitCoder, A: Answers>(
         &mut self,
         under: &mut Under<C, A>,
     ) -> Result<bool, RefinementError> {
-        while let Some(&c) = self.walk.triangles.get(self.cursor) {
-            self.cursor += 1;
+        loop {
+            if self.asked_done == self.asked_count {
+                if self.cursor >= self.walk.triangles.len() {
+                    return Ok(false);
+                }
+                self.look_ahead_at_triangles();
+                continue;
+            }
+            let c = self.asked[self.asked_done & (AHEAD - 1)].left;
+            self.asked_done += 1;
             if self.states[c.triangle().index()] == STAR {
                 continue;
             }
@@ -422,14 +360,26 @@ impl LevelPass {
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::split_face(&mut under.mesh.table, c, v);
             self.place(under.mesh, v, position);
-            self.begin(v, Site::Face(x, y, z));
-            for c in under.mesh.table.fan(v) {
-                self.star(c);
-            }
-            self.end(under.mesh, x, None);
+            self.begin(v, Site::Face(x, y, z), 2);
+            let of_old = |corner: &Corner| corner.triangle() == c.triangle();
+            let (old, new): (Vec<_>, Vec<_>) = under.mesh.table.fan(v).partition(of_old);
+            new.into_iter().chain(old).for_each(|c| self.star(c));
+            self.end(under.mesh, x);
             return Ok(true);
         }
-        Ok(false)
+    }
+
+    /// As [`LevelPass::look_ahead`], but at triangles: whether a star has reached one is as good as random, and a branch in the midst
+    /// of decisions is dear.
+    fn look_ahead_at_triangles(&mut self) {
+        let from = self.cursor;
+        self.cursor = self.walk.triangles.len().min(from + AHEAD);
+        let mut count = 0;
+        for &c in &self.walk.triangles[from..self.cursor] {
+            self.asked[count & (AHEAD - 1)].left = c;
+            count += usize::from(self.states[c.triangle().index()] != STAR);
+        }
+        (self.asked_count, self.asked_done) = (count, 0);
     }
 
     fn next_attach<C: BitCoder, A: Answers>(
@@ -453,9 +403,9 @@ impl LevelPass {
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::attach(&mut under.mesh.table, k, v);
             self.place(under.mesh, v, position);
-            self.begin(v, Site::Attach(a, b));
+            self.begin(v, Site::Attach(a, b), 1);
             self.star(under.mesh.table.corner_of(v));
-            self.end(under.mesh, a, None);
+            self.end(under.mesh, a);
             return Ok(true);
         }
         Ok(false)

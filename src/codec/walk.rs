@@ -64,6 +64,8 @@ impl Walk {
                     visited.get(beyond.triangle().index()).is_none_or(|&visited| visited == 0)
                 };
                 let new = [is_new(next), is_new(prev)];
+                table.prefetch(next);
+                table.prefetch(prev);
                 make_room(edges, tail + 2);
                 // Whether an edge is new is as good as random: a branch would cost more than a write in vain.
                 edges[tail] = entry.next();

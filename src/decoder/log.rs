@@ -32,7 +32,7 @@ impl Log {
     /// Records an operation.
     pub fn push(&mut self, inserted: &Inserted) {
         let (first_flip, flip_count) = (self.flips.len() as u32, inserted.flips.len() as u32);
-        self.flips.extend_from_slice(&inserted.flips);
+        self.flips.extend(inserted.flips.iter().map(|&[p, _]| p));
         self.operations.push(Operation {
             vertex: inserted.vertex,
             site: inserted.site,

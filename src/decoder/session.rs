@@ -372,8 +372,11 @@ impl Session {
         };
         let until = self.options.until;
         let triangles = self.mesh.table.triangle_count();
-        let first_triangle = self.mesh.table.slots() as u32;
         let mut coder = RangeDecoder::new(payload);
+        // At valence 6, and no more than a few pages on a table's word.
+        let ahead = CHUNK.min(atom.items) as usize;
+        delta.parents.reserve(ahead);
+        delta.rewritten.reserve(4 * ahead);
         for k in 0..atom.items {
             if k.is_multiple_of(CHUNK) {
                 let ahead = CHUNK.min(atom.items - k) as usize;
@@ -396,13 +399,11 @@ impl Session {
                 return Err(fault(format!("the level ends after {k} of {} operations", atom.items)).into());
             };
             self.operations += 1;
-            delta
-                .rewritten
-                .extend(inserted.star.iter().map(|c| c.triangle().0).filter(|&t| t < first_triangle));
+            // The others are not in the star of a second operation of this level, so they are new to the delta, too.
+            delta.rewritten.extend(inserted.star[inserted.created..].iter().map(|c| c.triangle().0));
             delta.parents.push(inserted.site);
             if self.flips {
-                let flipped = inserted.flips.iter().zip(&inserted.ends);
-                delta.flips.extend(flipped.map(|(&p, &q)| [inserted.vertex, p, q]));
+                delta.flips.extend(inserted.flips.iter().map(|&[p, q]| [inserted.vertex, p, q]));
             }
             if let Some(log) = &mut self.log {
                 log.push(inserted);

@@ -53,12 +53,15 @@ impl SymbolModel {
     /// The symbol that `value`, below 2^15, falls to.
     #[inline]
     pub(super) fn find(&self, value: u32) -> usize {
-        let value = value as i32;
-        let mut symbol = 0;
-        for i in 0..SYMBOLS {
-            symbol += i32::from((self.sums[i] >> FINE) + (i as i32) < value);
+        // sum / 2^FINE + i < value, in fours.
+        let value = (value as i32) << FINE;
+        let mut below = [0; 4];
+        for (sums, floors) in self.sums.chunks_exact(4).zip(FLOORS.chunks_exact(4)) {
+            for lane in 0..4 {
+                below[lane] += i32::from(sums[lane] < value - floors[lane]);
+            }
         }
-        symbol as usize
+        (below[0] + below[1] + below[2] + below[3]) as usize
     }
 
     /// Learns a symbol.
@@ -72,6 +75,17 @@ impl SymbolModel {
         self.count = self.count.saturating_add(1);
     }
 }
+
+/// The floors of the symbols before each, in the units of the sums.
+const FLOORS: [i32; SYMBOLS] = {
+    let mut floors = [0; SYMBOLS];
+    let mut i = 0;
+    while i < SYMBOLS {
+        floors[i] = (i as i32) << FINE;
+        i += 1;
+    }
+    floors
+};
 
 /// The sums that a symbol draws a model to: 0 below it, [`WHOLE`] from it on.
 const TARGETS: [[i32; SYMBOLS]; SYMBOLS] = {

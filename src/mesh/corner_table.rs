@@ -15,6 +15,7 @@
 
 use super::buckets;
 use super::index::{Corner, CornerMap, Triangle, Vertex};
+use super::prefetch::prefetch;
 
 /// A triangle mesh as the arrays V (corner to vertex), O (corner to opposite corner) and one corner a vertex.
 ///
@@ -160,6 +161,14 @@ impl CornerTable {
     pub fn opposites_from(&self, c: Corner) -> [Corner; 3] {
         let opposites = &self.records[c.triangle().index()].opposites;
         [c, c.next(), c.prev()].map(|c| opposites[c.place()])
+    }
+
+    /// Asks for the triangle of a corner, if it has one, to be brought into the caches.
+    #[inline(always)]
+    pub fn prefetch(&self, c: Corner) {
+        if let Some(record) = self.records.get(c.triangle().index()) {
+            prefetch(record);
+        }
     }
 
     /// One corner at `v`: at a boundary vertex the one whose triangle has the outgoing boundary edge;

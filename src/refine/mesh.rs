@@ -24,13 +24,13 @@ impl ProgressiveMesh {
     }
 
     /// Makes room for a finer level of `next` vertices and triangles. If there is too little, all that is there has to be copied: so
-    /// there is made room for the `last` level, if it is but four times as large, or else for twice as much as there is. Numbers that
+    /// there is made room for the `last` level, if it is but 16 times as large, or else for twice as much as there is. Numbers that
     /// only a header claims take no memory.
     pub fn reserve(&mut self, next: [usize; 2], last: [usize; 2]) {
         let (v, t) = (self.positions.len(), self.table.slots());
         if next[0] > self.positions.capacity() || next[1] > self.table.capacity() {
             let more =
-                |have: usize, last: usize| if last / 4 <= have { last.saturating_sub(have) } else { have };
+                |have: usize, last: usize| if last / 16 <= have { last.saturating_sub(have) } else { have };
             let (vertices, triangles) = (more(v, last[0]), more(t, last[1]));
             self.positions.reserve_exact(vertices);
             self.table.reserve(vertices, triangles);

@@ -9,4 +9,4 @@ pub mod stellar;
 pub use history::{History, Level};
 pub use mesh::{ProgressiveMesh, from_cell};
 pub use operation::{Operation, OperationError, Site};
-pub use roots::Roots;
+pub use roots::{Root, Roots};

@@ -12,6 +12,18 @@ pub struct Roots {
     component: Vec<u32>,
 }
 
+/// A root edge.
+#[derive(Clone, Copy, Debug)]
+pub struct Root(Vertex, Vertex);
+
+impl Root {
+    /// Whether it joins these two.
+    #[inline]
+    pub fn is(self, p: Vertex, q: Vertex) -> bool {
+        (self.0 == p) & (self.1 == q) | (self.0 == q) & (self.1 == p)
+    }
+}
+
 impl Roots {
     /// Starts from root edges; the component of every vertex is found through the table.
     pub fn new(table: &CornerTable, edges: Vec<(Vertex, Vertex)>) -> Self {
@@ -53,25 +65,30 @@ impl Roots {
         self.edges.iter().map(|&(u, w)| table.find_directed_edge(u, w))
     }
 
-    /// Enters `v`, inserted next to `neighbour`, and tells whether one of the `destroyed` edges was the root edge.
+    /// The root edge of the component of a vertex.
+    #[inline]
+    pub fn of(&self, v: Vertex) -> Root {
+        let edge = self.edges.get(self.number(v));
+        edge.map_or(Root(Vertex::NONE, Vertex::NONE), |&(u, w)| Root(u, w))
+    }
+
+    fn number(&self, v: Vertex) -> usize {
+        if self.edges.len() > 1 { self.component[v.index()] as usize } else { 0 }
+    }
+
+    /// Enters `v`, inserted next to `neighbour`; `uprooted` where that has destroyed the root edge.
     /// Call it once after the last flip of an operation: the root edge then becomes u→v, or v→u where u→v has no triangle on its left.
-    pub fn insert(
-        &mut self,
-        table: &CornerTable,
-        v: Vertex,
-        neighbour: Vertex,
-        destroyed: impl IntoIterator<Item = (Vertex, Vertex)>,
-    ) {
-        let mut number = 0;
+    #[inline]
+    pub fn insert(&mut self, table: &CornerTable, v: Vertex, neighbour: Vertex, uprooted: bool) {
+        let number = self.number(neighbour);
         if self.edges.len() > 1 {
-            number = self.component[neighbour.index()];
             self.component.resize(self.component.len().max(v.index() + 1), u32::MAX);
-            self.component[v.index()] = number;
+            self.component[v.index()] = number as u32;
         }
-        let Some(&(u, w)) = self.edges.get(number as usize) else { return };
-        if destroyed.into_iter().any(|(p, q)| (p, q) == (u, w) || (q, p) == (u, w)) {
+        if uprooted && let Some(root) = self.edges.get_mut(number) {
+            let (u, _) = *root;
             let uv = table.find_directed_edge(u, v);
-            self.edges[number as usize] = if uv.is_some() { (u, v) } else { (v, u) };
+            *root = if uv.is_some() { (u, v) } else { (v, u) };
         }
     }
 

@@ -24,16 +24,19 @@ pub struct Flip {
     pub cosine: f32,
 }
 
-/// The context of a split of the edge named by k.
-pub fn split(mesh: &Mesh, k: Edge, cell: impl Fn(usize) -> Cell, is_starred: impl Fn(Edge) -> bool) -> Split {
-    let (a, b) = k;
+/// How long an edge is beside those at its ends, as the mesh stands: what its class is made from.
+pub fn size(mesh: &Mesh, (a, b): Edge, cell: impl Fn(usize) -> Cell) -> f32 {
+    let [at_a, at_b] = [a, b].map(|w| Extent::of(mesh, w, &cell));
+    let (count, total) = (at_a.edges + at_b.edges, at_a.squares.wrapping_add(at_b.squares));
+    (d2(cell(a), cell(b)) * count as f32) / larger(total as f32, 1.0)
+}
+
+/// The context of a split of the edge named by k, which had this size when it was looked at.
+pub fn split(mesh: &Mesh, k: Edge, size: f32, is_starred: impl Fn(Edge) -> bool) -> Split {
     let o = mesh.opposite(k);
     let names: Vec<Edge> = [Some(k), o].into_iter().flatten().collect();
     let sides = names.iter().flat_map(|&e| [mesh.next(e), mesh.prev(e)]);
     let closed = sides.filter(|&e| mesh.opposite(e).is_none_or(&is_starred)).count();
-    let [at_a, at_b] = [a, b].map(|w| Extent::of(mesh, w, &cell));
-    let (count, total) = (at_a.edges + at_b.edges, at_a.squares.wrapping_add(at_b.squares));
-    let size = (d2(cell(a), cell(b)) * count as f32) / larger(total as f32, 1.0);
     let quarter = i64::from(size.to_bits() >> 21 & 3);
     let class = (4 * exponent(size) + quarter + 10).clamp(0, 19) as usize;
     Split { kind: usize::from(o.is_none()), closed, class, size }
@@ -66,7 +69,7 @@ fn the_square_of_chapter_5() {
     for (w, edges, squares) in [(a, 3, 260_100), (b, 2, 130_050), (c, 3, 260_100), (d, 2, 130_050)] {
         assert_eq!(Extent::of(&mesh, w, cell), Extent { edges, squares });
     }
-    let context = |k| split(&mesh, k, cell, |_| false);
+    let context = |k| split(&mesh, k, size(&mesh, k, cell), |_| false);
     assert_eq!(context((a, b)), Split { kind: 1, closed: 1, class: 8, size: 5.0 / 6.0 });
     assert_eq!(context((c, a)), Split { kind: 0, closed: 4, class: 12, size: 1.5 });
 }
@@ -78,7 +81,7 @@ fn as_even_as_can_be() {
     mesh.points = vec![[4, 0, 0], [0, 4, 0], [0, 0, 4], [4, 4, 4]];
     mesh.add([0, 1, 2]);
     mesh.add([1, 0, 3]);
-    let context = |k| split(&mesh, k, |v| mesh.points[v], |_| false).class;
+    let context = |k| split(&mesh, k, size(&mesh, k, |v| mesh.points[v]), |_| false).class;
     assert_eq!([context((0, 1)), context((1, 2))], [10, 10]);
 }
 

@@ -111,8 +111,12 @@ struct Pass<'a> {
 impl<'a> Pass<'a> {
     fn run(&mut self, walk: Walk) -> Result<()> {
         let boundary = walk.boundary(self.mesh);
-        for k in walk.edges {
-            self.split(k)?;
+        for together in walk.edges.chunks(64) {
+            let size = |&k: &Edge| contexts::size(self.mesh, k, |v| self.cell(v));
+            let sizes: Vec<f32> = together.iter().map(size).collect();
+            for (&k, size) in together.iter().zip(sizes) {
+                self.split(k, size)?;
+            }
         }
         for c in walk.triangles {
             self.face_split(c)?;
@@ -123,7 +127,8 @@ impl<'a> Pass<'a> {
         demand(self.codes.complete(), "5.2: the pass ends before its atoms")
     }
 
-    fn split(&mut self, k: Edge) -> Result<()> {
+    /// `size` is that of the edge when it was looked at (§5.5.2).
+    fn split(&mut self, k: Edge, size: f32) -> Result<()> {
         let o = (k.1, k.0);
         if self.codes.complete()
             || self.is_starred(k)
@@ -131,7 +136,7 @@ impl<'a> Pass<'a> {
         {
             return Ok(());
         }
-        let context = contexts::split(self.mesh, k, |v| self.cell(v), |c| self.is_starred(c));
+        let context = contexts::split(self.mesh, k, size, |c| self.is_starred(c));
         let model = &mut self.models.split[context.kind][context.closed][context.class];
         let yes = self.codes.code.read(model)?;
         self.trace.push(Step::Split(k, context, yes));

@@ -7,7 +7,7 @@ pub mod distance;
 pub mod index;
 pub mod indexed;
 pub mod lattice;
-mod prefetch;
+pub(crate) mod prefetch;
 pub(crate) mod random;
 #[doc(hidden)]
 pub mod shapes;

@@ -97,6 +97,20 @@ impl Operation {
     /// # Errors
     /// [`OperationError`] where the mesh does not allow it; nothing panics, whatever the operation says.
     pub fn undo(&self, table: &mut CornerTable, flips: &[Vertex]) -> Result<(), OperationError> {
+        self.undo_where(table, flips, |table, a, b| !table.has_edge(a, b))
+    }
+
+    /// [`Operation::undo`], asking `may_join` whether an edge between two vertices may be made: a caller that has looked at them
+    /// already says yes.
+    ///
+    /// # Errors
+    /// As [`Operation::undo`].
+    pub fn undo_where(
+        &self,
+        table: &mut CornerTable,
+        flips: &[Vertex],
+        may_join: impl Fn(&CornerTable, Vertex, Vertex) -> bool,
+    ) -> Result<(), OperationError> {
         let v = self.vertex;
         if !is_used(table, v) {
             return Err(OperationError::Vertex(v));
@@ -112,15 +126,19 @@ impl Operation {
             if q == p {
                 return Err(OperationError::Star(v));
             }
-            if table.has_edge(p, q) {
+            if !may_join(table, p, q) {
                 return Err(OperationError::EdgeExists(p, q));
             }
             stellar::unflip(table, c);
         }
-        self.undo_site(table)
+        self.undo_site(table, may_join)
     }
 
-    fn undo_site(&self, table: &mut CornerTable) -> Result<(), OperationError> {
+    fn undo_site(
+        &self,
+        table: &mut CornerTable,
+        may_join: impl Fn(&CornerTable, Vertex, Vertex) -> bool,
+    ) -> Result<(), OperationError> {
         let v = self.vertex;
         let star = OperationError::Star(v);
         let (triangles, boundary) = (table.fan(v).count(), table.is_boundary(v));
@@ -139,7 +157,7 @@ impl Operation {
                 if !boundary && table.vertex(k) == table.vertex(table.opposite(k)) {
                     return Err(star);
                 }
-                if table.has_edge(a, b) {
+                if !may_join(table, a, b) {
                     return Err(OperationError::EdgeExists(a, b));
                 }
                 stellar::weld_edge(table, k);

@@ -114,6 +114,7 @@ impl Level<'_, '_> {
     ) -> Result<()> {
         for most in passes {
             for window in candidates.chunks_mut(WINDOW) {
+                self.remover.expect(window);
                 let mut left = window.len();
                 while !self.is_over() {
                     let mut best: Option<(f32, Vertex)> = None;

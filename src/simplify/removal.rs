@@ -8,6 +8,7 @@ use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
 use super::seconds::Stopwatch;
 use super::star::Star;
+use crate::mesh::prefetch::prefetch;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
@@ -135,6 +136,25 @@ impl<'a> Remover<'a> {
         }
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         (free, sample)
+    }
+
+    /// Asks for what the costs of some vertices are computed from: most of them will be asked for, and in no order.
+    pub fn expect(&self, vertices: &[Vertex]) {
+        for &v in vertices {
+            self.table.prefetch(self.table.corner_of(v));
+        }
+        for &v in vertices {
+            let first = self.table.corner_of(v);
+            if first.is_none() {
+                continue;
+            }
+            for w in self.table.vertices_from(first) {
+                prefetch(&self.places.positions[w.index()]);
+            }
+            for beyond in self.table.opposites_from(first) {
+                self.table.prefetch(beyond);
+            }
+        }
     }
 
     /// E(v), computed where it is not known.
@@ -303,7 +323,12 @@ impl<'a> Remover<'a> {
         let inner = self.table.opposite(self.table.corner_of(v));
         let operation =
             Operation { vertex: v, site: plan.site, first_flip: 0, flip_count: plan.flips.len() as u32 };
-        if operation.undo(&mut self.table, &plan.flips).is_err() {
+        // The plan has looked at all edges that are made.
+        let may_join = |table: &CornerTable, a, b| {
+            debug_assert!(!table.has_edge(a, b));
+            true
+        };
+        if operation.undo_where(&mut self.table, &plan.flips, may_join).is_err() {
             debug_assert!(false, "a plan holds until the mesh changes");
             self.costs[v.index()] = f32::INFINITY;
             return false;

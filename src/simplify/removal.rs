@@ -23,6 +23,8 @@ struct Removal {
     flips: Vec<Vertex>,
     /// The link vertex that takes over the quadric.
     heir: Vertex,
+    /// What is left open.
+    star: Star,
 }
 
 /// A mesh that loses its vertices.
@@ -50,6 +52,8 @@ pub struct Remover<'a> {
     costs: Vec<f32>,
     /// The triangulations that the costs are of.
     shapes: Vec<Shape>,
+    /// Lists that are empty between removals, with their memory.
+    room: (Vec<Triangle>, Vec<Vertex>),
     mean_edge: f64,
     alpha: f64,
     beta: f64,
@@ -96,6 +100,7 @@ impl<'a> Remover<'a> {
             blocked: BitVec::repeat(false, count),
             costs: vec![f32::NAN; count],
             shapes: vec![Shape::NONE; count],
+            room: Default::default(),
             alpha: options.alpha,
             beta: options.beta,
             table,
@@ -255,7 +260,7 @@ impl<'a> Remover<'a> {
             // An ear: (v, a, b) goes, unless its inner edge is a boundary edge.
             let inner = table.opposite(table.corner_of(v));
             let (site, flips) = (Site::Attach(ring[1], ring[0]), Vec::new());
-            return inner.is_some().then(|| Removal { site, flips, heir: self.heir(v, &star) });
+            return inner.is_some().then(|| Removal { site, flips, heir: self.heir(v, &star), star });
         }
         if !star.boundary && sides == 3 && has_triangle(table, [ring[0], ring[1], ring[2]]) {
             return None;
@@ -296,7 +301,7 @@ impl<'a> Remover<'a> {
             Some(diagonal) => best.operation(ring, diagonal),
             None => (Site::Face(ring[0], ring[1], ring[2]), Vec::new()),
         };
-        Some(Removal { site, flips, heir: self.heir(v, &star) })
+        Some(Removal { site, flips, heir: self.heir(v, &star), star })
     }
 
     /// The link vertex where the quadrics of both add up to least.
@@ -318,8 +323,8 @@ impl<'a> Remover<'a> {
             self.costs[v.index()] = f32::INFINITY;
             return false;
         };
-        let link = self.table.link(v);
-        let mut star: Vec<Triangle> = self.table.fan(v).map(|c| c.triangle()).collect();
+        let (mut star, mut covered) = std::mem::take(&mut self.room);
+        star.extend(self.table.fan(v).map(|c| c.triangle()));
         let inner = self.table.opposite(self.table.corner_of(v));
         let operation =
             Operation { vertex: v, site: plan.site, first_flip: 0, flip_count: plan.flips.len() as u32 };
@@ -335,7 +340,7 @@ impl<'a> Remover<'a> {
         }
         self.history.push(v, plan.site, plan.flips.iter().copied());
         self.vertices -= 1;
-        for &w in &link {
+        for &w in plan.star.ring() {
             self.blocked.set(w.index(), true);
             self.costs[w.index()] = f32::NAN;
         }
@@ -343,7 +348,7 @@ impl<'a> Remover<'a> {
         let quadric = self.quadrics[v.index()].seen_from(between);
         self.quadrics[plan.heir.index()] += quadric;
         self.watch.removed();
-        let mut covered = vec![v];
+        covered.push(v);
         for &t in &star {
             self.covering.take(t, &mut covered);
         }
@@ -352,6 +357,9 @@ impl<'a> Remover<'a> {
             star.push(inner.triangle());
         }
         self.covering.put(&self.table, &self.places, &covered, &star);
+        star.clear();
+        covered.clear();
+        self.room = (star, covered);
         self.watch.covered();
         true
     }

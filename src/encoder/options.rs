@@ -41,7 +41,7 @@ impl Default for Options {
             weld: Weld::Exact,
             exact: None,
             keep_order: false,
-            atom_bytes: 8 << 10,
+            atom_bytes: 16 << 10,
             max_memory: u64::MAX,
         }
     }

@@ -125,7 +125,7 @@ enum Pass {
     Done,
 }
 
-/// An edge that may be split.
+/// An edge that may be split; or, in the face pass, a triangle, by a corner on the `left`.
 #[derive(Clone, Copy, Debug)]
 struct Asked {
     /// The corner on its left, and on its right where there is one.
@@ -360,10 +360,11 @@ impl LevelPass {
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::split_face(&mut under.mesh.table, c, v);
             self.place(under.mesh, v, position);
-            self.begin(v, Site::Face(x, y, z), 2);
+            self.begin(&under.mesh.table, v, Site::Face(x, y, z), 2);
             let of_old = |corner: &Corner| corner.triangle() == c.triangle();
             let (old, new): (Vec<_>, Vec<_>) = under.mesh.table.fan(v).partition(of_old);
-            new.into_iter().chain(old).for_each(|c| self.star(c));
+            self.star(&new);
+            self.star(&old);
             self.end(under.mesh, x);
             return Ok(true);
         }
@@ -403,8 +404,8 @@ impl LevelPass {
                 .code_vertex(under, |models, coder, known| models.near(coder, start, middle, size, known))?;
             stellar::attach(&mut under.mesh.table, k, v);
             self.place(under.mesh, v, position);
-            self.begin(v, Site::Attach(a, b), 1);
-            self.star(under.mesh.table.corner_of(v));
+            self.begin(&under.mesh.table, v, Site::Attach(a, b), 1);
+            self.star(&[under.mesh.table.corner_of(v)]);
             self.end(under.mesh, a);
             return Ok(true);
         }

@@ -64,6 +64,8 @@ impl Walk {
                     visited.get(beyond.triangle().index()).is_none_or(|&visited| visited == 0)
                 };
                 let new = [is_new(next), is_new(prev)];
+                // They are taken up much later, when the edges before them have been.
+                // They are taken up much later, when the edges before them have been.
                 table.prefetch(next);
                 table.prefetch(prev);
                 make_room(edges, tail + 2);

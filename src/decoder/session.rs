@@ -7,7 +7,7 @@ use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Expected};
 use crate::codec::order::Order;
 use crate::codec::precision::PrecisionPass;
-use crate::codec::refinement::{LevelPass, RefinementError, SegmentModels, Unknown};
+use crate::codec::refinement::{Inserted, LevelPass, RefinementError, SegmentModels, Unknown};
 use crate::codec::residue::{Residue, ResidueError, Whole};
 use crate::codec::walk::Walk;
 use crate::container::{Atom, AtomKind, Contents, Metadata};
@@ -53,6 +53,8 @@ pub struct Session {
     log: Option<Log>,
     /// Whether deltas tell of flips.
     flips: bool,
+    /// Whether anybody will look at the lists of deltas.
+    pub tells: bool,
     stopped: bool,
 }
 
@@ -75,6 +77,7 @@ impl Session {
             parts_start: 0,
             log: options.undo.then(Log::default),
             flips: options.flips,
+            tells: true,
             stopped: false,
             options,
         }
@@ -375,8 +378,10 @@ impl Session {
         let mut coder = RangeDecoder::new(payload);
         // At valence 6, and no more than a few pages on a table's word.
         let ahead = CHUNK.min(atom.items) as usize;
-        delta.parents.reserve(ahead);
-        delta.rewritten.reserve(4 * ahead);
+        if self.tells {
+            delta.parents.reserve(ahead);
+            delta.rewritten.reserve(4 * ahead);
+        }
         for k in 0..atom.items {
             if k.is_multiple_of(CHUNK) {
                 let ahead = CHUNK.min(atom.items - k) as usize;
@@ -399,11 +404,8 @@ impl Session {
                 return Err(fault(format!("the level ends after {k} of {} operations", atom.items)).into());
             };
             self.operations += 1;
-            // The others are not in the star of a second operation of this level, so they are new to the delta, too.
-            delta.rewritten.extend(inserted.star[inserted.created..].iter().map(|c| c.triangle().0));
-            delta.parents.push(inserted.site);
-            if self.flips {
-                delta.flips.extend(inserted.flips.iter().map(|&[p, q]| [inserted.vertex, p, q]));
+            if self.tells {
+                tell(delta, inserted, self.flips);
             }
             if let Some(log) = &mut self.log {
                 log.push(inserted);
@@ -429,6 +431,16 @@ impl Session {
             Some(log) => Ok(log.restore(&mut self.mesh)),
             None => Err(no_log()),
         }
+    }
+}
+
+/// Adds an operation to a delta.
+fn tell(delta: &mut Delta, inserted: &Inserted, flips: bool) {
+    // Triangles that are not new are in the star of no second operation of this level, so they are new to the delta.
+    delta.rewritten.extend(inserted.star[inserted.created..].iter().map(|c| c.triangle().0));
+    delta.parents.push(inserted.site);
+    if flips {
+        delta.flips.extend(inserted.flips.iter().map(|&[p, q]| [inserted.vertex, p, q]));
     }
 }
 

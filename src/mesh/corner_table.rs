@@ -320,12 +320,8 @@ impl CornerTable {
     /// Joins two corners across an edge; either may be `NONE`.
     #[inline]
     pub(crate) fn join(&mut self, c: Corner, d: Corner) {
-        if c.is_some() {
-            self.set_opposite(c, d);
-        }
-        if d.is_some() {
-            self.set_opposite(d, c);
-        }
+        self.set_facing(c, d);
+        self.set_facing(d, c);
     }
 
     /// Re-establishes the corner of the vertex at `c`, one of whose triangles has been rewritten.
@@ -353,13 +349,31 @@ impl CornerTable {
         }
     }
 
-    /// Appends a triangle without neighbours.
-    pub(crate) fn push_triangle(&mut self, vertices: [Vertex; 3]) -> Triangle {
+    /// Appends a triangle, given V and O of its corners.
+    #[inline]
+    pub(crate) fn push_triangle(&mut self, vertices: [Vertex; 3], opposites: [Corner; 3]) -> Triangle {
         let t = Triangle(self.slots() as u32);
-        let [a, b, c] = vertices;
-        self.records.push(Record { vertices: [a, b, c, Vertex::NONE], ..Record::EMPTY });
+        let ([a, b, c], [x, y, z]) = (vertices, opposites);
+        self.records.push(Record { vertices: [a, b, c, Vertex::NONE], opposites: [x, y, z, Corner::NONE] });
         self.live += 1;
         t
+    }
+
+    /// Rewrites a triangle: V of the corner before `c`, O of `c` and of the one after it. Returns the last as it was.
+    #[inline]
+    pub(crate) fn rewrite(&mut self, c: Corner, before: Vertex, opposite: Corner, after: Corner) -> Corner {
+        let Record { vertices, opposites } = &mut self.records[c.triangle().index()];
+        vertices[c.prev().place()] = before;
+        opposites[c.place()] = opposite;
+        std::mem::replace(&mut opposites[c.next().place()], after)
+    }
+
+    /// Sets O of a corner, if there is one.
+    #[inline]
+    pub(crate) fn set_facing(&mut self, c: Corner, o: Corner) {
+        if c.is_some() {
+            self.set_opposite(c, o);
+        }
     }
 
     /// Marks a triangle as removed; removed triangles at the end give up their place.

@@ -4,7 +4,7 @@
 //! guarded, the corner of every vertex is renewed.) Each inverse restores V and O slot by slot. These functions do what they are
 //! told; whether a new edge may exist is asked by their callers ([`super::operation`], the codec), who know what is at stake.
 
-use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 
 /// Edge flip. The edge opposite to `c` = (v; p, q) with far corner (r; q, p) becomes v–r.
 ///
@@ -13,13 +13,12 @@ use crate::mesh::{Corner, CornerTable, Vertex};
 #[inline]
 pub fn flip(table: &mut CornerTable, c: Corner) -> Corner {
     let o = table.opposite(c);
-    let ([v, p, q], r) = (table.vertices_from(c), table.vertex(o));
-    let (beyond_pr, beyond_qv) = (table.opposite(o.next()), table.opposite(c.next()));
-    table.set_vertex(c.prev(), r);
-    table.set_vertex(o.prev(), v);
-    table.join(c, beyond_pr);
-    table.join(o, beyond_qv);
-    table.join(c.next(), o.next());
+    let v = table.vertex(c);
+    let ([r, q, p], [_, beyond_pr, _]) = (table.vertices_from(o), table.opposites_from(o));
+    let beyond_qv = table.rewrite(c, r, beyond_pr, o.next());
+    table.rewrite(o, v, beyond_qv, c.next());
+    table.set_facing(beyond_pr, c);
+    table.set_facing(beyond_qv, o);
     // v and r keep their corners; p is now in the triangle of c alone, q in that of o.
     table.replace_corner(p, o.prev(), c.next());
     table.replace_corner(q, c.prev(), o.next());
@@ -49,33 +48,28 @@ pub fn unflip(table: &mut CornerTable, c: Corner) {
 #[inline]
 pub fn split_edge(table: &mut CornerTable, k: Corner, v: Vertex) -> ([Corner; 4], usize) {
     let o = table.opposite(k);
-    let left = split_side(table, k, v);
-    let (corners, count) = if o.is_some() {
-        let right = split_side(table, o, v);
-        table.join(right[2], k);
-        table.join(left[2], o);
-        ([left[0], left[1], right[0], right[1]], 4)
-    } else {
-        ([left[0], left[1], Corner::NONE, Corner::NONE], 2)
-    };
-    // At a boundary the outgoing edge of v leads to b: the new triangle.
-    table.set_corner(v, left[0]);
-    (corners, count)
+    let left = Triangle(table.slots() as u32);
+    let right = Triangle(left.0 + 1);
+    table.set_corner(v, left.corner(1));
+    if o.is_none() {
+        split_side(table, k, v, left, [Corner::NONE; 2]);
+        // At a boundary the outgoing edge of v leads to b: the new triangle.
+        return ([left.corner(1), k.prev(), Corner::NONE, Corner::NONE], 2);
+    }
+    split_side(table, k, v, left, [right.corner(0), o]);
+    split_side(table, o, v, right, [left.corner(0), k]);
+    ([left.corner(1), k.prev(), right.corner(1), o.prev()], 4)
 }
 
-/// Splits the triangle (c; a, b) at `k`. Returns the corners at v facing b→c and c→a, and the one facing v–b.
+/// Splits the triangle (c; a, b) at `k` into (c, a, v) and the `new` (c, v, b). Told which corners will face a–v and v–b.
 #[inline]
-fn split_side(table: &mut CornerTable, k: Corner, v: Vertex) -> [Corner; 3] {
+fn split_side(table: &mut CornerTable, k: Corner, v: Vertex, new: Triangle, facing: [Corner; 2]) {
     let [c, _, b] = table.vertices_from(k);
-    let beyond = table.opposite(k.next());
-    let new = table.push_triangle([c, v, b]);
-    let [facing_b, at_v, at_b] = new.corners();
-    table.set_vertex(k.prev(), v);
-    table.join(at_v, beyond);
-    table.join(at_b, k.next());
+    let beyond = table.rewrite(k, v, facing[0], new.corner(2));
+    table.push_triangle([c, v, b], [facing[1], beyond, k.next()]);
+    table.set_facing(beyond, new.corner(1));
     // a and c keep their corners; b is now in the new triangle.
-    table.replace_corner(b, k.prev(), at_b);
-    [at_v, k.prev(), facing_b]
+    table.replace_corner(b, k.prev(), new.corner(2));
 }
 
 /// Edge weld, the inverse of [`split_edge`]: `k` is at c in (c, a, v); v has four triangles in the interior, two at the boundary.
@@ -113,8 +107,8 @@ pub fn split_face(table: &mut CornerTable, x: Corner, v: Vertex) {
     table.reserve_vertex(v);
     let [vx, vy, vz] = [x, x.next(), x.prev()].map(|c| table.vertex(c));
     let (beyond_yz, beyond_zx) = (table.opposite(x), table.opposite(x.next()));
-    let second = table.push_triangle([vy, vz, v]);
-    let third = table.push_triangle([vz, vx, v]);
+    let second = table.push_triangle([vy, vz, v], [Corner::NONE; 3]);
+    let third = table.push_triangle([vz, vx, v], [Corner::NONE; 3]);
     table.set_vertex(x.prev(), v);
     table.join(second.corner(2), beyond_yz);
     table.join(third.corner(2), beyond_zx);
@@ -149,7 +143,7 @@ pub fn weld_face(table: &mut CornerTable, x: Corner) {
 pub fn attach(table: &mut CornerTable, k: Corner, v: Vertex) {
     table.reserve_vertex(v);
     let (a, b) = table.edge(k);
-    let ear = table.push_triangle([b, a, v]);
+    let ear = table.push_triangle([b, a, v], [Corner::NONE; 3]);
     table.join(ear.corner(2), k);
     table.renew_corners(ear);
 }

@@ -16,7 +16,7 @@ pub fn close(table: &mut CornerTable) -> usize {
         let first = table.slots() as u32;
         for &k in &edges {
             let (a, b) = table.edge(k);
-            let t = table.push_triangle([b, a, tip]);
+            let t = table.push_triangle([b, a, tip], [Corner::NONE; 3]);
             table.join(t.corner(2), k);
         }
         // The triangle (b, a, tip) and the one of the next edge b→b', (b', b, tip), share b–tip.

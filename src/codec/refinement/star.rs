@@ -6,7 +6,7 @@ use crate::codec::extents::{Spokes, length_squared, squares_from};
 use crate::codec::position::Surroundings;
 use crate::codec::vector::{Vector, truncate};
 use crate::entropy::BitCoder;
-use crate::mesh::{Corner, Vertex};
+use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Root, Site, stellar};
 
 /// A link edge that may be flipped.
@@ -73,9 +73,12 @@ impl LevelPass {
             self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
         self.place(under.mesh, v, position);
-        self.begin(v, Site::Edge(a, b), count / 2);
-        for i in [0, 2, 1, 3].into_iter().filter(|&i| i < count) {
-            self.star(corners[i]);
+        self.begin(&under.mesh.table, v, Site::Edge(a, b), count / 2);
+        let [of_left, left_rest, of_right, right_rest] = corners;
+        if o.is_some() {
+            self.star(&[of_left, of_right, left_rest, right_rest]);
+        } else {
+            self.star(&[of_left, left_rest]);
         }
         let root = under.mesh.roots.of(a);
         let mut star = Star { root, uproots: root.is(a, b), spokes: Spokes::default() };
@@ -140,20 +143,23 @@ impl LevelPass {
                 [at_r, at_q, at_r, at_q],
                 [first, second, first, second],
             );
-            for (i, corner) in [c, other].into_iter().enumerate() {
-                let link_edge = LinkEdge { corner, beyond: beyond[i], far: far[i], context: contexts[i] };
-                self.queue[tail & (2 * MAX_STAR - 1)] = link_edge;
-                tail += usize::from(beyond[i].is_some());
-            }
+            let link_edge =
+                |corner, i: usize| LinkEdge { corner, beyond: beyond[i], far: far[i], context: contexts[i] };
+            self.queue[tail & (2 * MAX_STAR - 1)] = link_edge(c, 0);
+            tail += usize::from(beyond[0].is_some());
+            self.queue[tail & (2 * MAX_STAR - 1)] = link_edge(other, 1);
+            tail += usize::from(beyond[1].is_some());
             self.extents.part(p, q, length_squared(at_q - at_p));
             star.spokes.count(self.extents.meet(r, v, length_squared(at_r - at_v)));
             star.uproots |= star.root.is(p, q);
-            self.star(other);
+            self.star(&[other]);
             self.inserted.flips.push([p, q]);
         }
     }
 
-    pub(super) fn begin(&mut self, v: Vertex, site: Site, created: usize) {
+    /// `v` has been inserted, so far without flips; the triangles that are new are in its star.
+    pub(super) fn begin(&mut self, table: &CornerTable, v: Vertex, site: Site, created: usize) {
+        self.states.resize(table.slots(), STAR);
         self.inserted.vertex = v;
         self.inserted.site = site;
         self.inserted.flips.clear();
@@ -161,15 +167,13 @@ impl LevelPass {
         self.inserted.created = created;
     }
 
-    /// Counts the triangle of a corner at the new vertex to its star.
-    #[inline]
-    pub(super) fn star(&mut self, c: Corner) {
-        let t = c.triangle().index();
-        if t >= self.states.len() {
-            self.states.resize(t + 1, STAR);
+    /// Counts the triangles of some corners at the new vertex to its star.
+    #[inline(always)]
+    pub(super) fn star(&mut self, corners: &[Corner]) {
+        for c in corners {
+            self.states[c.triangle().index()] = STAR;
         }
-        self.states[t] = STAR;
-        self.inserted.star.push(c);
+        self.inserted.star.extend_from_slice(corners);
     }
 
     /// The star of an operation without flips is complete: counts its edges, and tells the triangles round it.

@@ -35,8 +35,8 @@ impl Walk {
         visited.clear();
         visited.resize(table.slots(), 0);
         let edges = &mut walk.edges;
-        // As many as a closed surface has.
-        let most = table.triangle_count() + table.triangle_count() / 2;
+        // As many as a closed surface has, and two that are written in vain.
+        let most = table.triangle_count() + table.triangle_count() / 2 + 2;
         edges.reserve_exact(most.saturating_sub(edges.len()));
         edges.resize(edges.len().max(most), Corner::NONE);
         let mut tail = 0;
@@ -99,6 +99,8 @@ impl Walk {
 #[inline(always)]
 fn make_room(edges: &mut Vec<Corner>, least: usize) {
     if least > edges.len() {
-        edges.resize(least + edges.len() / 8, Corner::NONE);
+        let room = least + edges.len() / 8;
+        edges.reserve_exact(room - edges.len());
+        edges.resize(room, Corner::NONE);
     }
 }

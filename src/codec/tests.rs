@@ -3,6 +3,7 @@
 use super::answers::LevelAnswers;
 use super::keyframe::{self, Expected};
 use super::refinement::{LevelPass, SegmentModels, Unknown};
+use super::walk::Walk;
 use crate::entropy::{RangeDecoder, RangeEncoder};
 use crate::limits::{Budget, Limits};
 use crate::mesh::random::SplitMix64;
@@ -250,6 +251,18 @@ fn every_shape_comes_back_from_every_keyframe() {
                 read(&written, start, |_| {}, |_, _| {});
             }
         }
+    }
+}
+
+/// Lists of a walk are a good part of the memory that decoding takes: a closed surface has three edges to two triangles.
+#[test]
+fn walks_of_closed_surfaces_take_no_more_memory_than_edges() {
+    for shape in [shapes::tetrahedron(), shapes::torus(9, 7), shapes::sphere(3)] {
+        let table = CornerTable::from_triangles(shape.positions.len(), &shape.triangles).unwrap();
+        let walk = Walk::new(&table, &Roots::choose(&table));
+        assert_eq!(walk.edges.len(), shape.triangles.len() * 3 / 2);
+        assert!(walk.edges.capacity() <= walk.edges.len() + 8, "{}", walk.edges.capacity());
+        assert!(walk.triangles.capacity() <= walk.triangles.len() + 8, "{}", walk.triangles.capacity());
     }
 }
 

@@ -65,7 +65,6 @@ impl Walk {
                 };
                 let new = [is_new(next), is_new(prev)];
                 // They are taken up much later, when the edges before them have been.
-                // They are taken up much later, when the edges before them have been.
                 table.prefetch(next);
                 table.prefetch(prev);
                 make_room(edges, tail + 2);

@@ -74,11 +74,11 @@ impl LevelPass {
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
         self.place(under.mesh, v, position);
         self.begin(&under.mesh.table, v, Site::Edge(a, b), count / 2);
-        let [of_left, left_rest, of_right, right_rest] = corners;
+        let [new_left, old_left, new_right, old_right] = corners;
         if o.is_some() {
-            self.star(&[of_left, of_right, left_rest, right_rest]);
+            self.star(&[new_left, new_right, old_left, old_right]);
         } else {
-            self.star(&[of_left, left_rest]);
+            self.star(&[new_left, old_left]);
         }
         let root = under.mesh.roots.of(a);
         let mut star = Star { root, uproots: root.is(a, b), spokes: Spokes::default() };

@@ -74,7 +74,7 @@ pub struct Encoder<'a> {
 pub struct Source {
     /// The input's name.
     pub name: String,
-    /// What the input carried and the file does not keep.
+    /// What was lost before there was a mesh. Attributes and materials of the mesh itself need not be named: the encoder sees them.
     pub dropped: Vec<String>,
     /// Whether its coordinates were binary32.
     pub float32: bool,
@@ -154,6 +154,7 @@ impl<'a> Encoder<'a> {
         let mut file =
             FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &schedule, &lattice));
         let mut report = Report::new(&conditioned, &simplified, mesh.diagonal());
+        report.dropped = self.dropped(mesh);
         report.locked_vertices = locked_vertices;
         report.residue = payloads.counts;
         levels.add_to(&mut file, &mut report);
@@ -163,11 +164,7 @@ impl<'a> Encoder<'a> {
         report.order_bits = payloads.order.len() as f64 * 8.0;
         file.payload(AtomKind::Correction, 0, &payloads.correction);
         file.payload(AtomKind::Order, 0, &payloads.order);
-        file.payload(
-            AtomKind::Metadata,
-            0,
-            &self.metadata(&conditioned, mesh.diagonal(), payloads.copies).encode()?,
-        );
+        file.payload(AtomKind::Metadata, 0, &self.metadata(&conditioned, &report, payloads.copies).encode()?);
         let contents = file.write(out)?;
         report.seconds = Seconds {
             condition: conditioning.as_secs_f64(),
@@ -267,7 +264,12 @@ impl<'a> Encoder<'a> {
         simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)
     }
 
-    fn metadata(&self, conditioned: &Conditioned, diagonal: f64, copies: usize) -> Metadata {
+    /// Nothing is left out without a word.
+    fn dropped(&self, mesh: &IndexedMesh) -> Vec<String> {
+        [self.source.dropped.clone(), mesh.uncoded()].concat()
+    }
+
+    fn metadata(&self, conditioned: &Conditioned, report: &Report, copies: usize) -> Metadata {
         let mut conditioning = report::conditioning_counts(&conditioned.report);
         if copies > 0 {
             conditioning.push(("zero_copies".to_owned(), copies as u64));
@@ -276,9 +278,9 @@ impl<'a> Encoder<'a> {
             generator: concat!("unweld ", env!("CARGO_PKG_VERSION")).to_owned(),
             source: self.source.name.clone(),
             settings: self.source.settings.clone(),
-            dropped: self.source.dropped.clone(),
+            dropped: report.dropped.clone(),
             conditioning,
-            diagonal: if diagonal.is_finite() { diagonal } else { f64::MAX },
+            diagonal: if report.diagonal.is_finite() { report.diagonal } else { f64::MAX },
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
         }
     }

@@ -8,7 +8,7 @@ use super::input;
 use super::inputs::{Job, Jobs, is_folder};
 use super::memory::peak;
 use super::numbers::{columns, count, grouped, memory, significant};
-use super::output::{Output, remark, say};
+use super::output::{Output, say};
 use super::progress::Bars;
 use anyhow::{Context, anyhow, bail};
 use serde_json::{Map, Value, json};
@@ -52,9 +52,7 @@ pub fn run(args: &Args, inputs: &[PathBuf], folder: &Path) -> anyhow::Result<()>
         for (job, done) in
             found.jobs.iter().zip(&results).filter_map(|(job, r)| Some((job, r.outcome.as_ref().ok()?)))
         {
-            for warning in &done.warnings {
-                remark(args.quiet, &format!("{}: {warning}", input::name(&job.input)));
-            }
+            done.remark(args.quiet, &job.input);
         }
         if !args.quiet {
             say(&report(&found, &results, threads, seconds))?;

@@ -3,7 +3,7 @@
 use super::args::{Preview, Profile, Simplification, keyframes, size, value_name};
 use super::batch;
 use super::describe::Description;
-use super::failure::Usage;
+use super::failure::{Usage, note};
 use super::input;
 use super::inputs;
 use super::memory::peak;
@@ -11,7 +11,7 @@ use super::numbers::{count, grouped, memory, significant};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
 use super::uwm::Uwm;
-use anyhow::Context;
+use anyhow::{Context, bail};
 use serde_json::{Map, Value, json};
 use std::fs;
 use std::num::NonZero;
@@ -61,6 +61,9 @@ pub struct Args {
     /// Most memory to use for each input, in bytes or with a suffix K, M, G
     #[arg(long, value_name = "M", value_parser = size)]
     max_memory: Option<u64>,
+    /// What a file cannot keep of an input is an error, and that input is not encoded
+    #[arg(long)]
+    strict: bool,
     /// One JSON object on standard output instead of text
     #[arg(long)]
     pub(super) json: bool,
@@ -102,9 +105,7 @@ fn run_one(args: &Args, input: &Path) -> anyhow::Result<()> {
         object.insert("peak_bytes".to_owned(), json!(peak()));
         return say(&format!("{:#}\n", Value::Object(object)));
     }
-    for warning in &done.warnings {
-        remark(args.quiet, &format!("{}: {warning}", input::name(input)));
-    }
+    done.remark(args.quiet, input);
     if args.quiet {
         return Ok(());
     }
@@ -127,6 +128,17 @@ pub struct Done {
 }
 
 impl Done {
+    /// Says on standard error what was dropped, even where nothing else is to be said, and what the user may not have expected.
+    pub fn remark(&self, quiet: bool, input: &Path) {
+        let name = input::name(input);
+        if !self.report.dropped.is_empty() {
+            note(&format!("{name}: dropped {}", self.report.dropped.join(", ")));
+        }
+        for warning in &self.warnings {
+            remark(quiet, &format!("{name}: {warning}"));
+        }
+    }
+
     /// One JSON object.
     pub fn json(&self) -> Map<String, Value> {
         let mut object = self.description.json();
@@ -147,6 +159,9 @@ pub fn encode_to(
 ) -> anyhow::Result<Done> {
     let start = Instant::now();
     let source = input::read(input)?;
+    if args.strict {
+        refuse_losses(&source, input)?;
+    }
     let read = start.elapsed().as_secs_f64();
     let Encoded { file, report } = encode(&source, input, options(args, &source), settings(args), progress)?;
     drop(source);
@@ -158,6 +173,18 @@ pub fn encode_to(
         Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
     let warnings = warnings(args, &description, &report);
     Ok(Done { description, report, warnings, seconds: [read, write] })
+}
+
+/// With `--strict` nothing may be lost.
+///
+/// # Errors
+/// Where the file would not keep all of the input.
+pub fn refuse_losses(source: &formats::Source, input: &Path) -> anyhow::Result<()> {
+    let dropped = [source.dropped.clone(), source.mesh.uncoded()].concat();
+    match &dropped[..] {
+        [] => Ok(()),
+        _ => bail!("{}: --strict: a file cannot keep {}", input::name(input), dropped.join(", ")),
+    }
 }
 
 /// A file and how it came about.
@@ -367,6 +394,7 @@ EXAMPLES
   unweld encode bunny.ply.gz -o bunny.uwm --position-bits 12 --keyframes every:4
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode bunny.ply -o bunny.uwm --exact --keep-order
+  unweld encode scene.obj -o scene.uwm --strict
   unweld encode - -o - < bunny.obj > bunny.uwm
   unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex
   unweld encode bunny.ply scans/ more/*.obj -o coded/ --jobs 4

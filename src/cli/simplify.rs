@@ -1,7 +1,7 @@
 //! `unweld simplify`: a coarser mesh with the positions of the input, without a `.uwm` file between.
 
 use super::args::Simplification;
-use super::failure::Usage;
+use super::failure::{Usage, note};
 use super::input;
 use super::numbers::{count, grouped, of_diagonal, percent};
 use super::output::{MeshFormat, Output, remark, say};
@@ -29,6 +29,9 @@ pub struct Args {
     /// Most triangles
     #[arg(long, value_name = "N")]
     faces: usize,
+    /// What the result cannot keep of the input is an error, and nothing is written
+    #[arg(long)]
+    strict: bool,
     /// One JSON object on standard output instead of text
     #[arg(long)]
     json: bool,
@@ -58,14 +61,18 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let conditioning = start.elapsed().as_secs_f64() - read;
     let table = simplified(&conditioned, args, &mut progress).with_context(|| name.clone())?;
     let simplifying = start.elapsed().as_secs_f64() - read - conditioning;
-    let mesh = sewn(&table, &conditioned);
-    output.write(|out| format.write(&mesh, None, out))?;
     drop(progress);
+    let mesh = sewn(&table, &conditioned);
+    let mut dropped = source.dropped;
+    dropped.extend(source.mesh.uncoded());
+    dropped.extend(left_out(&conditioned));
+    if args.strict && !dropped.is_empty() {
+        bail!("{name}: --strict: the result cannot keep {}", dropped.join(", "));
+    }
+    output.write(|out| format.write(&mesh, None, out))?;
 
     let diagonal = source.mesh.diagonal();
     let distance = distance(&source.mesh, &mesh, diagonal);
-    let mut dropped = source.dropped;
-    dropped.extend(left_out(&conditioned));
     let mut warnings = Vec::new();
     if mesh.triangles.len() > args.faces {
         let triangles = count(mesh.triangles.len() as u64, "triangle");
@@ -90,6 +97,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "seconds": { "read": read, "condition": conditioning, "simplify": simplifying },
         });
         return say(&format!("{object:#}\n"));
+    }
+    if !dropped.is_empty() {
+        note(&format!("{name}: dropped {}", dropped.join(", ")));
     }
     for warning in &warnings {
         remark(args.quiet, &format!("{name}: {warning}"));

@@ -42,6 +42,9 @@ pub struct Report {
     pub conditioning: ConditioningReport,
     /// Diagonal of the input's bounding box.
     pub diagonal: f64,
+    /// What the input carried and the file does not keep, in words: what [`Source::dropped`](super::Source::dropped) names, then
+    /// the attributes and materials of the mesh.
+    pub dropped: Vec<String>,
     /// Distance of each level from the input, by number, the base last.
     pub errors: Vec<LevelError>,
     /// Vertices that had to stay: copies of cut vertices, and the boundary where it was locked.

@@ -1,9 +1,11 @@
 //! The indexed face set: what comes in from a foreign file and what goes out again.
 
+use std::collections::BTreeSet;
+
 /// Values attached to corners, such as texture coordinates, normals or colours.
 ///
-/// Corners that share an index share a wedge (DESIGN: attributes are indexed per corner).
-/// This version carries them in memory; their coding is not part of format version 1.
+/// Corners that share an index share a wedge.
+/// They are carried in memory; a file does not keep them yet: see [`IndexedMesh::uncoded`].
 #[derive(Clone, Debug, PartialEq)]
 pub struct CornerAttribute {
     /// What the values are, e.g. `"uv"`, `"normal"`, `"colour"`.
@@ -33,6 +35,21 @@ impl IndexedMesh {
     /// A mesh of positions and triangles alone.
     pub fn new(positions: Vec<[f64; 3]>, triangles: Vec<[u32; 3]>) -> Self {
         Self { positions, triangles, attributes: Vec::new(), materials: Vec::new() }
+    }
+
+    /// What the mesh has beside positions and triangles, which no file keeps yet, in words for the user, e.g.
+    /// `"normal (3 numbers, 24 values)"` and `"materials (2)"`.
+    pub fn uncoded(&self) -> Vec<String> {
+        let named = |attribute: &CornerAttribute| {
+            let values = attribute.values.len() / attribute.components.max(1);
+            format!("{} ({} numbers, {values} values)", attribute.name, attribute.components)
+        };
+        let mut uncoded: Vec<String> = self.attributes.iter().map(named).collect();
+        let materials: BTreeSet<u32> = self.materials.iter().copied().collect();
+        if !materials.is_empty() {
+            uncoded.push(format!("materials ({})", materials.len()));
+        }
+        uncoded
     }
 
     /// The diagonal of the bounding box of the vertices that triangles use; 0 where there are none.

@@ -91,7 +91,8 @@ fn it_goes_on_after_a_failure() {
     folder.write("in/bad.ply", &folder.bytes("one.ply")[..999]);
     folder.write("in/deep/none.obj", "# nothing\n");
     let run = folder.run("encode in nowhere.ply one.ply -o out");
-    assert_eq!((run.code, run.err.as_str()), (1, "unweld: 3 of 7 inputs failed\n"));
+    let told = "unweld: in/a.obj: dropped normals (1)\nunweld: 3 of 7 inputs failed\n";
+    assert_eq!((run.code, run.err.as_str()), (1, told));
     assert_eq!(files(&folder, "out"), ["a.uwm", "b.uwm", "deep/er/b.uwm", "one.uwm"]);
     let lines = words(&run);
     let names: Vec<&str> = lines[1..8].iter().map(|line| line[0]).collect();
@@ -113,9 +114,10 @@ fn it_goes_on_after_a_failure() {
     assert!(run.text().contains("  encoded    4 of 7 inputs: "), "{}", run.text());
     let quiet = folder.run("encode in nowhere.ply one.ply -o out -q");
     assert_eq!((quiet.code, quiet.out.len()), (1, 0));
-    assert!(quiet.err.starts_with(&alone), "{}", quiet.err);
+    let dropped = "unweld: in/a.obj: dropped normals (1)\n";
+    assert!(quiet.err.starts_with(&(dropped.to_owned() + &alone)), "{}", quiet.err);
     assert!(quiet.err.ends_with("unweld: 3 of 7 inputs failed\n"), "{}", quiet.err);
-    assert_eq!(quiet.err.lines().count(), 4);
+    assert_eq!(quiet.err.lines().count(), 5);
 }
 
 #[test]
@@ -192,7 +194,7 @@ fn faults() {
     std::fs::create_dir(folder.path("in/deep/er/c")).unwrap();
     folder.mesh("in/deep/er/c/d.ply", &shapes::tetrahedron());
     let run = folder.run("encode in -o all.uwm -q");
-    assert_eq!((run.code, run.err.lines().count()), (1, 2), "{}", run.err);
+    assert_eq!((run.code, run.err.lines().count()), (1, 3), "{}", run.err);
     assert!(run.err.starts_with("unweld: all.uwm/deep/er/c: "), "{}", run.err);
 }
 

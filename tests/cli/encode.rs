@@ -219,12 +219,38 @@ fn what_is_dropped_is_told() {
     let encoded = folder.run("encode m.obj -o m.uwm --json").json();
     let dropped = encoded["input"]["dropped"].as_array().unwrap();
     assert_eq!(dropped.len(), 2, "{dropped:?}");
-    let text = folder.run("encode m.obj -o m.uwm").succeeded();
+    let text = folder.run("encode m.obj -o m.uwm");
+    assert_eq!(text.code, 0);
     for name in dropped {
         assert!(text.text().lines().any(|line| {
             line.trim_start().starts_with("dropped") && line.contains(name.as_str().unwrap())
         }));
     }
+    // It stands on standard error as well, even where nothing else is to be said; in JSON it has its place.
+    let names: Vec<&str> = dropped.iter().filter_map(|name| name.as_str()).collect();
+    let line = format!("unweld: m.obj: dropped {}\n", names.join(", "));
+    assert_eq!(text.err, line);
+    let quiet = folder.run("encode m.obj -o m.uwm -q");
+    assert_eq!((quiet.code, &quiet.err, &quiet.out[..]), (0, &line, &b""[..]));
+    assert_eq!(folder.run("encode m.obj -o m.uwm --json").err, "");
+}
+
+#[test]
+fn strict_refuses_what_a_file_cannot_keep() {
+    let folder = Folder::new();
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
+    folder.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let run = folder.run("encode m.obj -o m.uwm --strict");
+    assert_eq!(run.code, 1);
+    assert!(run.err.starts_with("unweld: m.obj: --strict: a file cannot keep normals"), "{}", run.err);
+    let run = folder.run("simplify m.obj -o m.ply --faces 1 --strict");
+    assert_eq!(run.code, 1);
+    assert!(run.err.starts_with("unweld: m.obj: --strict: the result cannot keep normals"), "{}", run.err);
+    assert_eq!(folder.list(), ["bare.obj", "m.obj"]);
+    // One that loses nothing is none the worse for it, also beside one that fails.
+    let run = folder.run("encode m.obj bare.obj -o out --strict");
+    assert_eq!(run.code, 1);
+    folder.run("verify out/bare.uwm bare.obj").succeeded();
 }
 
 #[test]

@@ -44,6 +44,8 @@ pub enum Section {
     Main,
     /// The same for the dragon
     Dragon,
+    /// Sizes of generated meshes whose vertices stand in rows
+    Structured,
     /// Sizes beside progressive coders
     Progressive,
     /// Bits of keyframes
@@ -65,7 +67,10 @@ impl Args {
     pub fn sections(&self) -> Vec<Section> {
         let chosen = |section: &Section| match self.sections.as_slice() {
             [] if self.meshes.is_empty() => true,
-            [] => !matches!(section, Section::Dragon | Section::Progressive | Section::Linear),
+            [] => !matches!(
+                section,
+                Section::Dragon | Section::Structured | Section::Progressive | Section::Linear
+            ),
             sections => sections.contains(section),
         };
         Section::value_variants().iter().copied().filter(chosen).collect()

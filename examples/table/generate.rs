@@ -74,7 +74,7 @@ fn noise(x: f64, y: f64, seed: u64) -> f64 {
 }
 
 /// A number from -1 to 1 for a place and a purpose (the finalizer of SplitMix64: Steele, Lea, Flood 2014).
-fn unit(seed: u64, i: u32, j: u32, purpose: u64) -> f64 {
+pub fn unit(seed: u64, i: u32, j: u32, purpose: u64) -> f64 {
     let mut z = (u64::from(i) << 32 | u64::from(j))
         .wrapping_add(seed.wrapping_mul(8).wrapping_add(purpose).wrapping_mul(0x9e37_79b9_7f4a_7c15));
     z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);

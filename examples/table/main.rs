@@ -17,12 +17,15 @@ mod prefixes;
 mod profiles;
 mod progressive;
 mod quality;
+mod structured;
+mod summary;
 mod tables;
 
 use anyhow::Context;
 use args::{Args, Section};
 use clap::Parser;
 use serde_json::{Value, json};
+use std::collections::BTreeSet;
 use std::process::ExitCode;
 use tables::Table;
 
@@ -40,11 +43,19 @@ fn run(args: &Args) -> anyhow::Result<()> {
     let machine = machine::description();
     println!("{machine}");
     let mut tables = Vec::new();
+    let mut told = BTreeSet::new();
     for section in args.sections() {
-        for table in measure(args, section)? {
+        for mut table in measure(args, section)? {
+            // What has been said of an earlier table is not said again.
+            table.notes.retain(|note| told.insert(note.clone()));
             println!("{}", table.plain());
             tables.push(table);
         }
+    }
+    let summary = summary::table(&tables);
+    if !summary.rows.is_empty() {
+        println!("{}", summary.plain());
+        tables.insert(0, summary);
     }
     if let Some(path) = args.out() {
         let body: Vec<String> = tables.iter().map(Table::markdown).collect();
@@ -66,6 +77,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
     Ok(match section {
         Section::Main => overview::tables("Whole files", &args.cases(&MESHES, 12)?, runs)?,
         Section::Dragon => overview::tables("The dragon", &args.cases(&[DRAGON], 14)?, runs)?,
+        Section::Structured => vec![structured::table(args.bits.unwrap_or(12))?],
         Section::Progressive => vec![progressive::table(args.bits)?],
         Section::Keyframes => vec![keyframes::table(&args.cases(&MESHES, 12)?)?],
         Section::Linear => vec![linear::table(args)?],

@@ -75,7 +75,7 @@
 //!
 //! # Features
 //! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL and OFF; `client`: meshes from readers and servers, as streams; `server`: the server, `cloud`: its object stores; `cli`
-//! (default): the command line; `wasm`: what a browser needs, for the module that `web/wasm` makes; `peers`: what the benchmark
+//! (default): the command line; `wasm`: what a browser needs, for the module that `web/wasm` makes; `fuzzing`: the bodies of the fuzz targets; `peers`: what the benchmark
 //! `examples/table` compares with. Without any of them the crate is the decoder.
 
 #[cfg(feature = "client")]
@@ -85,11 +85,11 @@ pub mod container;
 pub mod decoder;
 #[cfg(feature = "encode")]
 pub mod encoder;
-pub mod entropy;
+mod entropy;
 pub mod error;
 #[cfg(feature = "formats")]
 pub mod formats;
-#[doc(hidden)]
+#[cfg(any(test, feature = "fuzzing"))]
 pub mod fuzzing;
 pub mod limits;
 pub mod mesh;

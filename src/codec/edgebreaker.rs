@@ -10,7 +10,7 @@ mod decode;
 #[cfg(feature = "encode")]
 mod encode;
 
-pub use decode::{Connectivity, ConnectivityError, decode};
+pub use decode::{ConnectivityError, decode};
 #[cfg(feature = "encode")]
 pub use encode::{Bits, encode};
 

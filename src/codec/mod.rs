@@ -1,19 +1,19 @@
 //! History <-> opaque payloads: walk, keyframes, refinements, residue, correction, order (spec §4 to §8, §10, §11).
 
 #[cfg(feature = "encode")]
-pub mod answers;
+pub(crate) mod answers;
 mod context;
 pub mod correction;
-pub mod edgebreaker;
+pub(crate) mod edgebreaker;
 mod extents;
 pub mod grid;
 pub mod keyframe;
 mod lanes;
 pub mod order;
 mod places;
-pub mod position;
-pub mod precision;
-pub mod refinement;
+pub(crate) mod position;
+pub(crate) mod precision;
+pub(crate) mod refinement;
 pub mod residue;
 mod vector;
 pub mod walk;

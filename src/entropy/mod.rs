@@ -8,7 +8,9 @@ pub mod varint;
 
 pub use model::Bit;
 pub use number::{NumberModel, uniform};
-pub use range::{RangeDecoder, RangeEncoder};
+pub use range::RangeDecoder;
+#[cfg(any(test, feature = "encode"))]
+pub use range::RangeEncoder;
 pub use symbol::SymbolModel;
 
 /// One side of the range coder. The same code walks a payload for writing and for reading: where it writes, `known` gives the

@@ -8,6 +8,7 @@ use std::hint::select_unpredictable;
 const TOP: u32 = 1 << 24;
 
 /// Writes decisions to bytes.
+#[cfg(any(test, feature = "encode"))]
 #[derive(Debug)]
 pub struct RangeEncoder {
     low: u64,
@@ -18,14 +19,17 @@ pub struct RangeEncoder {
     bytes: Vec<u8>,
 }
 
+#[cfg(any(test, feature = "encode"))]
 impl Default for RangeEncoder {
     fn default() -> Self {
         Self { low: 0, range: u32::MAX, pending: None, full: 0, bytes: Vec::new() }
     }
 }
 
+#[cfg(any(test, feature = "encode"))]
 impl RangeEncoder {
     /// Bytes written so far, those still to be settled included.
+    #[cfg(feature = "encode")]
     pub fn size(&self) -> usize {
         self.bytes.len() + self.full + 5
     }
@@ -106,6 +110,7 @@ impl RangeEncoder {
     }
 }
 
+#[cfg(any(test, feature = "encode"))]
 impl BitCoder for RangeEncoder {
     const ENCODES: bool = true;
 

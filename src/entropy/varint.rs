@@ -27,6 +27,7 @@ pub fn read(bytes: &mut &[u8]) -> Option<u64> {
 }
 
 /// Appends the shortest form of `value`.
+#[cfg(any(test, feature = "encode"))]
 pub fn write(mut value: u64, out: &mut Vec<u8>) {
     while value >= 0x80 {
         out.push(value as u8 | 0x80);

@@ -84,7 +84,8 @@ struct Way {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     check(args)?;
     let format = args.output.as_deref().map_or(Ok(MeshFormat::Ply), MeshFormat::of)?;
-    let output = args.output.as_deref().map(Output::new).transpose()?;
+    let input = args.input.as_path();
+    let output = args.output.as_deref().map(|path| Output::new(path, [input])).transpose()?;
     let folder = args.all_levels.as_deref();
     if let Some(folder) = folder {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
@@ -94,13 +95,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut progress = Progress::new(args.quiet);
     let mut on_event = |decoder: &Decoder, event: &Event| match (event, folder) {
         // Level 0 is not complete before its residue.
-        (Event::Level { level: 1.., .. }, Some(folder)) => write_level(decoder, folder, format),
+        (Event::Level { level: 1.., .. }, Some(folder)) => write_level(decoder, folder, format, input),
         _ => Ok(()),
     };
     let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut on_event)?;
     drop(progress);
     if let (Some(folder), Some(0)) = (folder, decoder.level()) {
-        write_level(&decoder, folder, format)?;
+        write_level(&decoder, folder, format, input)?;
     }
     if let Some(faces) = args.quality.faces {
         remark_on_faces(args.quiet, &uwm.name, &decoder, faces);
@@ -198,10 +199,10 @@ fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
     Ok(Way { plan, until })
 }
 
-fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat) -> anyhow::Result<()> {
+fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat, input: &Path) -> anyhow::Result<()> {
     let (Some(level), Some(contents)) = (decoder.level(), decoder.contents()) else { return Ok(()) };
     let (mesh, real) = mesh(decoder, None)?;
-    let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())))?;
+    let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())), [input])?;
     write(&mesh, real, &contents.header.lattice, format, &output)
 }
 

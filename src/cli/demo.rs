@@ -50,9 +50,8 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = &args.output;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let path = |name: &str| folder.join(name);
-    let outputs =
-        [Output::new(&path("demo.ply"))?, Output::new(&path("demo.uwm"))?, Output::new(&path("demo.png"))?];
+    let output = |name: &str| Output::new(&folder.join(name), []);
+    let outputs = [output("demo.ply")?, output("demo.uwm")?, output("demo.png")?];
     let [ply, uwm_file, picture] = &outputs;
 
     let mesh = shapes::bumpy_sphere(SUBDIVISIONS, SEED);

@@ -64,6 +64,9 @@ pub struct Args {
     /// One JSON object on standard output instead of text
     #[arg(long)]
     pub(super) json: bool,
+    /// Do what is refused otherwise: write to a name that ends as a mesh's does
+    #[arg(long)]
+    pub(super) force: bool,
     /// No progress bar and no report
     #[arg(long, short)]
     pub(super) quiet: bool,
@@ -86,9 +89,14 @@ fn run_one(args: &Args, input: &Path) -> anyhow::Result<()> {
     let output = if inputs::is_folder(&args.output) {
         let path = inputs::into_folder(input, &args.output)?;
         fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
-        Output::new(&path)?
+        Output::new(&path, [input])?
     } else {
-        Output::new(&args.output)?
+        let output = Output::new(&args.output, [input])?;
+        if inputs::is_mesh_name(&args.output) && !args.force {
+            let what = "the name of a mesh, but a .uwm file is written";
+            return Err(Usage(format!("{} is {what} (--force does it)", output.name)).into());
+        }
+        output
     };
     if args.json && output.is_stream() {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());

@@ -10,7 +10,7 @@ use super::failure::{Usage, line};
 use super::numbers::{count, grouped, of_diagonal};
 use super::output::{MeshFormat, Output, remark};
 use super::progress::Progress;
-use super::serve::stopped;
+use super::signals::stopped;
 use super::uwm::Uwm;
 use anyhow::{Context, anyhow, bail};
 use bytes::Bytes;
@@ -116,7 +116,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             Usage("--via keyframe leads to a level, and to a mesh: .ply, .obj or .stl".to_owned()).into()
         );
     }
-    let output = Output::new(&args.output)?;
+    let output = Output::new(&args.output, args.token_file.as_deref())?;
     let wanted =
         Wanted { quality: args.quality, keyframe: args.via == decode::Via::Keyframe, mesh: format.is_some() };
     let mut sink = match (format, output.target()) {

@@ -4,6 +4,7 @@ use super::args::size;
 use super::failure::{Usage, note};
 use super::numbers::count;
 use super::output::say;
+use super::signals::stopped;
 use anyhow::Context;
 use clap::ValueEnum;
 use std::fs;
@@ -139,28 +140,6 @@ fn available(wanted: usize) -> usize {
 #[cfg(not(unix))]
 fn available(wanted: usize) -> usize {
     wanted
-}
-
-/// Ready once the process is interrupted or terminated.
-///
-/// # Errors
-/// Those of the system.
-#[cfg(unix)]
-pub fn stopped() -> anyhow::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (mut interrupted, mut terminated) =
-        (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
-    Ok(async move {
-        tokio::select! {
-            _ = interrupted.recv() => {}
-            _ = terminated.recv() => {}
-        }
-    })
-}
-
-#[cfg(not(unix))]
-pub fn stopped() -> anyhow::Result<impl Future<Output = ()>> {
-    Ok(async { drop(tokio::signal::ctrl_c().await) })
 }
 
 fn log(level: Log) {

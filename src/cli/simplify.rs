@@ -45,7 +45,7 @@ pub struct Args {
 /// Those of reading, simplifying and writing.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let format = MeshFormat::of(&args.output)?;
-    let output = Output::new(&args.output)?;
+    let output = Output::new(&args.output, [&*args.input])?;
     if args.json && output.is_stream() {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }

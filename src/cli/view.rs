@@ -92,7 +92,7 @@ struct Background(Option<[u8; 3]>);
 /// Those of reading, decoding and writing, and where the file has no such level.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     check(args)?;
-    let output = Output::new(&args.output)?;
+    let output = Output::new(&args.output, [&*args.input])?;
     let name = input::name(&args.input);
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);

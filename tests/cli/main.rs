@@ -8,6 +8,7 @@ mod decode;
 mod encode;
 mod errors;
 mod exact;
+mod files;
 mod foreign;
 mod measure;
 mod serve;

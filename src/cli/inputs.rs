@@ -145,11 +145,13 @@ fn whole_name(name: &OsStr) -> OsString {
     result
 }
 
-/// The name without `.gz` and without what tells the format of a mesh, and with `.uwm`.
+/// The name without `.gz` and without what tells the format, and with `.uwm`.
 fn result_name(name: &OsStr) -> OsString {
     let name = Path::new(name);
     let mut stem = name;
-    if Format::from_path(name).is_some() {
+    if name.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm")) {
+        stem = name.file_stem().map_or(stem, Path::new);
+    } else if Format::from_path(name).is_some() {
         if stem.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
             stem = stem.file_stem().map_or(stem, Path::new);
         }
@@ -190,5 +192,6 @@ mod tests {
         assert_eq!(of("bunny.dat"), "bunny.dat.uwm");
         assert_eq!(of("bunny.gz"), "bunny.gz.uwm");
         assert_eq!(of(".ply"), ".ply.uwm");
+        assert_eq!(of("bunny.UWM"), "bunny.uwm");
     }
 }

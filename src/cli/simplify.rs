@@ -86,7 +86,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     drop(progress);
 
     let diagonal = source.mesh.diagonal();
-    let distance = distance(&source.mesh, &mesh);
+    let distance = distance(&source.mesh, &mesh, SAMPLES);
     let mut dropped = source.dropped;
     dropped.extend(left_out(&conditioned));
     let mut warnings: Vec<String> = level.and_then(|level| level.lost).into_iter().collect();
@@ -222,8 +222,10 @@ fn simplified(
         Limit::Triangles(most) => way.refine_while(|table| table.triangle_count() <= most)?,
         Limit::Error(most) => {
             way.refine_until(progress, |table| {
-                let distance = distance(input, &sewn(table, conditioned));
-                distance.is_some_and(|distance| distance.max <= most)
+                let mesh = sewn(table, conditioned);
+                // The vertices alone refuse most of what does not fit.
+                let near = |samples| distance(input, &mesh, samples).is_some_and(|d| d.max <= most);
+                [0, SAMPLES].into_iter().all(near)
             })?;
         }
     }
@@ -317,8 +319,8 @@ fn sewn(table: &CornerTable, conditioned: &Conditioned) -> IndexedMesh {
 }
 
 /// How far the input and the result are from each other, the larger of both ways; `None` where squares of lengths are no numbers.
-fn distance(input: &IndexedMesh, mesh: &IndexedMesh) -> Option<SurfaceDistance> {
-    let sampling = Sampling { samples: SAMPLES, ..Sampling::default() };
+fn distance(input: &IndexedMesh, mesh: &IndexedMesh, samples: u64) -> Option<SurfaceDistance> {
+    let sampling = Sampling { samples, ..Sampling::default() };
     let both =
         is_measurable(input).then(|| surface_distances(input, mesh, &sampling, &mut |_, _| {})).flatten();
     both.map(SurfaceDistance::symmetric)

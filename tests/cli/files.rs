@@ -7,7 +7,7 @@ const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4
 
 impl super::Run {
     /// Refused for its arguments, in these words.
-    fn refused(&self, what: &str) {
+    pub fn refused(&self, what: &str) {
         assert_eq!((self.code, self.out.len()), (2, 0), "{}", self.err);
         assert!(self.err.contains(what), "{what}: {}", self.err);
     }
@@ -28,7 +28,7 @@ impl Folder {
 
     /// Runs a line of a shell, in which `unweld` is the program; `None` without such a shell.
     #[cfg(unix)]
-    fn shell(&self, line: &str) -> Option<(Option<i32>, String)> {
+    pub fn shell(&self, line: &str) -> Option<(Option<i32>, String)> {
         let program = env!("CARGO_BIN_EXE_unweld");
         let script = format!("unweld() {{ '{program}' \"$@\"; }}; {line}");
         let output =

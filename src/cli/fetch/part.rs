@@ -110,11 +110,12 @@ impl Part {
     /// # Errors
     /// Those of the medium.
     pub fn begin(&mut self, address: &str, version: &Version) -> anyhow::Result<()> {
-        let Some([_, _, note]) = &self.paths else { return Ok(()) };
+        let Some([_, part, note]) = &self.paths else { return Ok(()) };
         let Version { tag, modified, bytes } = version;
         let object = json!({ "address": address, "tag": tag, "modified": modified, "bytes": bytes });
         let write = || {
             let mut file = Replacement::new(note)?;
+            keep_access(file.file(), part)?;
             writeln!(file.file(), "{object:#}")?;
             file.finish()
         };

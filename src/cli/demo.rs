@@ -127,7 +127,7 @@ fn called() -> String {
     match std::env::var_os("CARGO_MANIFEST_DIR") {
         Some(_) if cfg!(debug_assertions) => "cargo run --".to_owned(),
         Some(_) => "cargo run --release --".to_owned(),
-        None => std::env::args().next().unwrap_or(name),
+        None => std::env::args_os().next().map_or(name, |called| called.to_string_lossy().into_owned()),
     }
 }
 

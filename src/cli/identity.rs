@@ -1,7 +1,6 @@
 //! Which file a path leads to: two names of one file, or two files.
 
 use super::args::is_stream;
-use std::fs::File;
 use std::io;
 use std::path::Path;
 
@@ -29,8 +28,8 @@ impl Identity {
 
 #[cfg(unix)]
 mod system {
-    use super::{File, Identity, Path};
-    use std::fs::Metadata;
+    use super::{Identity, Path};
+    use std::fs::{File, Metadata};
     use std::os::fd::AsFd;
     use std::os::unix::fs::MetadataExt;
 

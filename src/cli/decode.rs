@@ -80,8 +80,6 @@ pub enum Via {
 struct Way {
     plan: Option<Plan>,
     until: Until,
-    /// Whether more would have come of the file, were it not cut off.
-    short: bool,
 }
 
 /// Runs the command.
@@ -98,8 +96,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
-    let mut warnings = Vec::new();
-    let way = way(args, &mut uwm, &mut warnings)?;
+    let way = way(args, &mut uwm)?;
+    let (way, short) = within(&uwm, args, way)?;
     let mut levels = Vec::new();
     let mut progress = Progress::new(args.quiet);
     let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut |decoder, event| {
@@ -113,10 +111,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let (Some(folder), Some(0)) = (folder, decoder.level()) {
         levels.push(write_level(&decoder, folder, format, input)?);
     }
-    let cut = uwm.cut().filter(|_| way.short).map(|there| uwm.cut_text(there));
+    let cut = uwm.cut().filter(|_| short).map(|there| uwm.cut_text(there));
     if let Some(faces) = args.quality.faces {
-        warnings.extend(too_many_faces(&uwm.name, &decoder, faces));
+        remark_on_faces(args.quiet, &uwm.name, &decoder, faces);
     }
+    let mut warnings = Vec::new();
     let text = reached(&mut uwm, &decoder)?;
     let mut written = None;
     if let Some(output) = &output {
@@ -206,40 +205,34 @@ fn check(args: &Args) -> anyhow::Result<()> {
 }
 
 /// From what is wanted to what that takes.
-fn way(args: &Args, uwm: &mut Uwm, warnings: &mut Vec<String>) -> anyhow::Result<Way> {
+fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
     let contents = uwm.contents.clone();
     let quality = &args.quality;
-    // The finest that is there, where the file is cut off.
-    let prefix = uwm.cut().map(|there| uwm.prefix(there)).transpose()?;
-    let cut = |until: Until, short: &dyn Fn(&Plan) -> bool| {
-        let short = prefix.as_ref().is_some_and(short);
-        Way { plan: prefix.clone(), until, short }
-    };
+    let base = contents.base_level();
     if let Some(bytes) = quality.prefix_bytes {
-        if bytes < contents.base_end() {
-            bail!("{}: the base needs {} bytes, {bytes} are there", uwm.name, contents.base_end());
+        let there = bytes.min(uwm.length());
+        if there < contents.base_end() {
+            bail!("{}: the base needs {} bytes, {there} are there", uwm.name, contents.base_end());
         }
-        let short = uwm.cut().is_some_and(|there| there < bytes);
-        return Ok(Way { plan: Some(uwm.prefix(bytes)?), until: Until::default(), short });
+        return Ok(Way { plan: Some(plan(&contents, Want::PrefixBytes(there))), until: Until::default() });
     }
     if let Some(operations) = quality.operations {
         let most = u64::from(contents.header.vertices - contents.header.base_vertices);
         if operations > most {
             bail!("{}: there are {most} operations, {operations} cannot be carried out", uwm.name);
         }
-        let done = |plan: &Plan| u64::from(plan.vertices - contents.header.base_vertices);
         // All of them are level 0, with what belongs to it.
         let operations = if operations == most { u64::MAX } else { operations };
-        return Ok(cut(Until { operations, ..Until::default() }, &|prefix| done(prefix) < operations));
+        return Ok(Way { plan: None, until: Until { operations, ..Until::default() } });
     }
     if let Some(triangles) = quality.faces {
-        return Ok(cut(Until { triangles, ..Until::default() }, &|prefix| prefix.triangles < triangles));
+        return Ok(Way { plan: None, until: Until { triangles, ..Until::default() } });
     }
     let level = match (quality.level, quality.error) {
-        (Some(level), _) => {
-            uwm.check_level(level)?;
-            level
+        (Some(level), _) if level > base => {
+            bail!("{}: there is no level {level}: the levels are 0 (finest) to {base} (base)", uwm.name)
         }
+        (Some(level), _) => level,
         (_, Some(tolerance)) => {
             let most = match tolerance {
                 Tolerance::Absolute(error) => error,
@@ -249,31 +242,48 @@ fn way(args: &Args, uwm: &mut Uwm, warnings: &mut Vec<String>) -> anyhow::Result
             };
             let finest = contents.levels.first().map_or(0.0, |level| level.max_error);
             if finest > most {
-                warnings.push(format!(
+                let text = format!(
                     "{}: level 0 has an error of {}, above the {} wanted",
                     uwm.name,
                     significant(finest, 3),
                     significant(most, 3),
-                ));
+                );
+                remark(args.quiet, &text);
             }
             plan(&contents, Want::MaxError(most)).level
         }
         _ => 0,
     };
     let until = Until { level, ..Until::default() };
-    if let Some(prefix) = &prefix
-        && (level == 0 || uwm.finest_level(prefix) > level)
-        && args.via == Via::Replay
-    {
-        return Ok(cut(until, &|_| true));
-    }
     let plan = match args.via {
         Via::Keyframe => Some(plan_from_keyframe(&uwm.contents, level)),
         // Level 0 takes the whole file, and all its checksums with it.
         Via::Replay if level == 0 => None,
         Via::Replay => Some(plan(&contents, Want::Level(level))),
     };
-    Ok(Way { plan, until, short: false })
+    Ok(Way { plan, until })
+}
+
+/// Of a file that is cut off as much as there is on the way, and whether that is less than is wanted.
+///
+/// # Errors
+/// Where a certain level is wanted that is not there.
+fn within(uwm: &Uwm, args: &Args, way: Way) -> anyhow::Result<(Way, bool)> {
+    let Some(there) = uwm.cut() else { return Ok((way, false)) };
+    let quality = &args.quality;
+    let fits = |plan: &Plan| plan.parts.iter().all(|part| part.bytes.end <= there);
+    if way.plan.as_ref().is_some_and(fits) {
+        return Ok((way, quality.prefix_bytes.is_some_and(|bytes| bytes > there)));
+    }
+    quality.level.map_or(Ok(()), |level| uwm.check_level(level))?;
+    if args.via == Via::Keyframe {
+        // Keyframes are the last in a file: decoding tells what is missing.
+        return Ok((way, false));
+    }
+    let (prefix, header) = (uwm.prefix(there)?, &uwm.contents.header);
+    let operations = u64::from(prefix.vertices - header.base_vertices);
+    let short = operations < way.until.operations && prefix.triangles < way.until.triangles;
+    Ok((Way { plan: Some(prefix), ..way }, short))
 }
 
 fn write_level(
@@ -325,12 +335,16 @@ pub fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<(IndexedMes
     }
 }
 
-fn too_many_faces(name: &str, decoder: &Decoder, faces: u32) -> Option<String> {
+fn remark_on_faces(quiet: bool, name: &str, decoder: &Decoder, faces: u32) {
     let triangles = decoder.mesh().table.triangle_count();
-    let text = || {
-        format!("{name}: the base has {} triangles, more than {}", grouped(triangles as u64), grouped(faces))
-    };
-    (triangles > faces as usize).then(text)
+    if triangles > faces as usize {
+        let text = format!(
+            "{name}: the base has {} triangles, more than {}",
+            grouped(triangles as u64),
+            grouped(faces)
+        );
+        remark(quiet, &text);
+    }
 }
 
 /// Where decoding ended.

@@ -23,7 +23,6 @@ pub struct Uwm {
     /// Header and table of contents.
     pub contents: Arc<Contents>,
     bytes: Box<dyn ReadSeek>,
-    /// Bytes that are there, whatever the table of contents says.
     length: u64,
     limits: Limits,
 }
@@ -77,6 +76,11 @@ impl Uwm {
         let length = bytes.seek(SeekFrom::End(0)).with_context(|| name.clone())?;
         let limits = Limits { memory, ..Limits::default() };
         Ok(Self { name, contents, bytes, length, limits })
+    }
+
+    /// Bytes that are there, whatever the table of contents says.
+    pub fn length(&self) -> u64 {
+        self.length
     }
 
     /// The byte where the file ends, if it ends too early: what is before it is a mesh all the same, once the base is there.

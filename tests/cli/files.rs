@@ -292,3 +292,41 @@ fn signals_that_were_ignored_stay_ignored() {
         assert!(child.wait().unwrap().success());
     }
 }
+
+/// What replaces a private file is never open to others, not even for a moment.
+#[cfg(unix)]
+#[test]
+fn what_is_unfinished_is_closed_to_others() {
+    use std::fs::{Permissions, metadata, set_permissions};
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    use std::process::{Command, Stdio};
+    let folder = Folder::new();
+    folder.mesh("m.ply", &unweld::mesh::shapes::bumpy_sphere(4, 1));
+    folder.run("encode m.ply -o m.uwm -q").succeeded();
+    folder.run("decode m.uwm --all-levels . -q").succeeded();
+    for name in folder.list() {
+        set_permissions(folder.path(&name), Permissions::from_mode(0o600)).unwrap();
+    }
+    let mut seen = 0;
+    // Some are seen each time; where none is, once more.
+    for _ in 0..50 {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_unweld"))
+            .args(["decode", "m.uwm", "--all-levels", ".", "-q"])
+            .current_dir(folder.0.path())
+            .stdin(Stdio::null())
+            .spawn()
+            .unwrap();
+        while child.try_wait().unwrap().is_none() {
+            for name in folder.unfinished() {
+                // It may have got its name meanwhile.
+                let Ok(there) = metadata(folder.path(&name)) else { continue };
+                assert_eq!(there.mode() & 0o077, 0);
+                seen += 1;
+            }
+        }
+        if seen > 0 {
+            return;
+        }
+    }
+    panic!("no unfinished file was ever seen");
+}

@@ -426,6 +426,6 @@ EXAMPLES
 SEVERAL INPUTS
   Each becomes a file of its name in DIR: scans/bunny.ply.gz becomes DIR/bunny.uwm.
   Folders are searched to the bottom; IN/a/bunny.ply becomes DIR/a/bunny.uwm.
-  Left out and counted: hidden files, files not called as meshes are, linked folders.
+  Left out and counted: hidden files, files not called as meshes of other formats are, linked folders.
   Two inputs that would become one file, such as a.ply and a.obj, become a.ply.uwm and a.obj.uwm.
   One that fails does not stop the others; then the exit code is 1.";

@@ -42,7 +42,7 @@ impl Replacement {
     /// Puts it in its place, on the disk.
     ///
     /// # Errors
-    /// Those of the medium; then the older file is still there.
+    /// Those of the medium; the older file is still there, unless it is its folder that cannot be written to the disk.
     pub fn finish(self) -> io::Result<()> {
         keep_access(self.file.as_file(), &self.target)?;
         flush(self.file.as_file())?;

@@ -46,6 +46,10 @@ fn every_file_is_read_or_refused_at_a_place() {
     let (mut read, mut refused) = (0, 0);
     for path in files(&folder).iter().filter(|p| Format::from_path(p).is_some()) {
         let relative = path.strip_prefix(&folder).unwrap().to_string_lossy();
+        // They have expectations of their own.
+        if ["field/", "hostile/", "gltf/"].iter().any(|folder| relative.starts_with(folder)) {
+            continue;
+        }
         // The tables of the folder `bench` give bare names.
         let stated = figures.get(relative.trim_start_matches("bench/")).copied();
         match formats::read(path) {
@@ -161,7 +165,7 @@ fn real_meshes_survive_writing() {
         let mesh = formats::read(&folder.join(file)).unwrap().mesh;
         let (mut ply, mut obj) = (Vec::new(), Vec::new());
         formats::write_ply(&mesh, Precision::Float64, &mut ply).unwrap();
-        formats::write_obj(&mesh, &mut obj).unwrap();
+        formats::write_obj(&mesh, Precision::Float64, &mut obj).unwrap();
         for bytes in [ply, obj] {
             assert_eq!(formats::read_bytes(&bytes, None, file).unwrap().mesh, mesh, "{file}");
         }

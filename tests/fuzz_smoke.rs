@@ -102,13 +102,17 @@ fn formats() {
     }
 }
 
-const FILES: [&[u8]; 8] = [
+const FILES: [&[u8]; 12] = [
     b"# a square\nv 0 0 0\nv 1 0 0 0.5\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\no x\nusemtl m\ns off\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -1 -2 \\\n -3\n",
     b"ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 2\n0 1e1 0 3\n3 0 1 2\n",
     b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty short x\nproperty short y\nproperty short z\nelement face 1\nproperty list uchar ushort vertex_indices\nend_header\n\0\0\0\0\0\0\x01\0\0\0\0\0\0\0\x01\0\0\0\x03\0\0\x01\0\x02\0",
     b"ply\nformat binary_big_endian 1.0\nelement vertex 3\nproperty char x\nproperty char y\nproperty char z\nelement tristrips 1\nproperty list int int vertex_indices\nend_header\n\0\0\0\x01\0\0\0\x01\0\0\0\0\x03\0\0\0\0\0\0\0\x01\0\0\0\x02",
     b"solid a\n facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1e1 0\n  endloop\n endfacet\nendsolid a\nsolid\nendsolid\n",
     b"a binary STL file of one facet; its header is filled with blanks up to 80 bytes.\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\x01\0",
+    b"facet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nend loop\nend facet\nend solid\nendsolid\n\0\0",
+    b"\xef\xbb\xbfply \nformat ascii 1.0\nBy hand\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nelement face 1\nproperty list uchar float vertex_index\nend_header\n0 0 0\n2 1 0\n4 0 0\n2 3 0\n4.0 0 1. 2.0 3\n",
+    b"v 0 0 0\nv 2 1 0\nv 4 0 0\nv 2 3 0\nf 1 2 3 4\nf 1 3 2 4 1\nf 4 3 2 1 2\n",
+    b"OFF\n7 1 0\n0 0 0\n9 0 0\n9 9 0\n0 9 0\n3 3 0\n3 6 0\n6 6 0\n9 0 1 2 3 0 4 5 6 4\n",
     b"STCNOFF # a square\n4 2 4\n0 0 0 0 0 1 1 0 0 1 0 0\n1 0 0 0 0 1 1 0 0 1 1 0\n1 1 0 0 0 1 1 0 0 1 1 1\n0 1 0 0 0 1 1 0 0 1 0 1\n3 0 1 2\n3 0 2 3 255 0 0\n",
     b"OFF BINARY\n\0\0\0\x03\0\0\0\x01\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x3f\x80\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x3f\x80\0\0\0\0\0\0\0\0\0\x03\0\0\0\0\0\0\0\x01\0\0\0\x02\0\0\0\0",
 ];

@@ -1,17 +1,17 @@
 //! `unweld encode`: from a foreign mesh to a `.uwm` file.
 
-use super::args::{Preview, Profile, Simplification, keyframes, size, value_name};
+use super::args::{Preview, Profile, Simplification, is_stream, keyframes, size, value_name};
 use super::batch;
 use super::describe::Description;
-use super::failure::{Usage, note};
-use super::input::{self, Level, Mesh};
+use super::failure::{Usage, line, note};
+use super::input::{self, Level, Mesh, Reading};
 use super::inputs;
 use super::memory::peak;
 use super::numbers::{count, grouped, memory, significant};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
 use super::uwm::{DEFAULT_MEMORY, Uwm};
-use anyhow::{Context, bail};
+use anyhow::{Context, anyhow, bail};
 use serde_json::{Map, Value, json};
 use std::fs;
 use std::num::NonZero;
@@ -19,6 +19,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
+use unweld::error::Place;
 use unweld::formats::{self, Coordinates};
 use unweld::mesh::Lattice;
 use unweld::simplify;
@@ -70,7 +71,7 @@ pub struct Args {
     /// One JSON object on standard output instead of text
     #[arg(long)]
     pub(super) json: bool,
-    /// Do what is refused otherwise: write to a name that ends as a mesh's does
+    /// Do what is refused otherwise: write to a name that ends as a mesh's does, read a mesh whose counts are not those of what is there
     #[arg(long)]
     pub(super) force: bool,
     /// No progress bar and no report
@@ -169,8 +170,9 @@ pub fn encode_to(
     progress: &mut Progress,
 ) -> anyhow::Result<Done> {
     let start = Instant::now();
+    let reading = Reading { max_memory: args.max_memory.unwrap_or(DEFAULT_MEMORY), force: args.force };
     let Mesh { source, level } =
-        Mesh::read(input, args.level, args.max_memory.unwrap_or(DEFAULT_MEMORY), progress)?;
+        Mesh::read(input, args.level, reading, progress).map_err(|e| hinted(e, reading, input))?;
     if args.strict {
         refuse_losses(&source, input)?;
     }
@@ -200,6 +202,18 @@ pub fn refuse_losses(source: &formats::Source, input: &Path) -> anyhow::Result<(
         [] => Ok(()),
         _ => bail!("{}: --strict: a file cannot keep {}", input::name(input), dropped.join(", ")),
     }
+}
+
+/// The error with a word about --force, where that would help.
+fn hinted(error: anyhow::Error, reading: Reading, input: &Path) -> anyhow::Error {
+    let fault = error.downcast_ref::<unweld::Error>();
+    let contradicts = matches!(fault, Some(unweld::Error::Input(fault)) if fault.place != Place::Whole);
+    // Standard input cannot be read again.
+    let readable = || input::read(input, Reading { force: true, ..reading }).is_ok();
+    if contradicts && !reading.force && !is_stream(input) && readable() {
+        return anyhow!("{}; --force reads what is there", line(&error));
+    }
+    error
 }
 
 /// A file and how it came about.

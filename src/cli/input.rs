@@ -4,13 +4,14 @@ use super::args::is_stream;
 use super::failure::Usage;
 use super::progress::Progress;
 use super::uwm::Uwm;
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
+use unweld::Error;
 use unweld::codec::grid::Real;
 use unweld::container::MAGIC;
-use unweld::formats::{self, Coordinates, Format, Source};
+use unweld::formats::{self, Coordinates, Format, INFLATED_BYTES, ReadOptions, Source};
 use unweld::mesh::Lattice;
 
 /// What a file holds.
@@ -42,25 +43,25 @@ pub struct Level {
 }
 
 impl Input {
-    /// Opens a file, which is a `.uwm` file if it is called or begins like one; decoding it may take so many bytes of `memory`.
+    /// Opens a file, which is a `.uwm` file if it is called or begins like one.
     ///
     /// # Errors
     /// Those of the medium and of the reader, with the name of the file.
-    pub fn open(path: &Path, memory: u64) -> anyhow::Result<Self> {
+    pub fn open(path: &Path, reading: Reading) -> anyhow::Result<Self> {
         let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm"));
         if !path.is_file() || is_stream(path) {
             // Pipes are read once.
             let bytes = read_bytes(path)?;
             return if named || bytes.starts_with(&MAGIC[..4]) {
-                Ok(Self::Levels(Uwm::of_bytes(bytes, &name(path), memory)?))
+                Ok(Self::Levels(Uwm::of_bytes(bytes, &name(path), reading.max_memory)?))
             } else {
-                Ok(Self::Mesh(read_from(&bytes, path)?))
+                Ok(Self::Mesh(parse(&bytes, Format::from_path(path), &name(path), reading)?))
             };
         }
         if named || begins_as_uwm(path)? {
-            Ok(Self::Levels(Uwm::open(path, memory)?))
+            Ok(Self::Levels(Uwm::open(path, reading.max_memory)?))
         } else {
-            Ok(Self::Mesh(read(path)?))
+            Ok(Self::Mesh(read(path, reading)?))
         }
     }
 }
@@ -73,10 +74,10 @@ impl Mesh {
     pub fn read(
         path: &Path,
         level: Option<u32>,
-        memory: u64,
+        reading: Reading,
         progress: &mut Progress,
     ) -> anyhow::Result<Self> {
-        match Input::open(path, memory)? {
+        match Input::open(path, reading)? {
             Input::Mesh(_) if level.is_some() => Err(without_levels(path).into()),
             Input::Mesh(source) => Ok(Self { source, level: None }),
             Input::Levels(mut uwm) => Self::of_level(&mut uwm, level.unwrap_or(0), progress),
@@ -129,16 +130,38 @@ pub fn file_name(path: &Path) -> String {
     path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned())
 }
 
+/// How to read a mesh.
+#[derive(Clone, Copy, Debug)]
+pub struct Reading {
+    /// Most bytes that decoding may take, and that a compressed foreign mesh may inflate to.
+    pub max_memory: u64,
+    /// Whether to read what contradicts itself.
+    pub force: bool,
+}
+
 /// Reads a mesh; its name tells the format, or else its content.
 ///
 /// # Errors
 /// Those of the medium and of the reader, with the name of the file.
-pub fn read(path: &Path) -> anyhow::Result<Source> {
-    read_from(&read_bytes(path)?, path)
+pub fn read(path: &Path, reading: Reading) -> anyhow::Result<Source> {
+    parse(&read_bytes(path)?, Format::from_path(path), &name(path), reading)
 }
 
-fn read_from(bytes: &[u8], path: &Path) -> anyhow::Result<Source> {
-    formats::read_bytes(bytes, Format::from_path(path), "").with_context(|| name(path))
+/// Reads a mesh from memory, of a format or of that which its content tells.
+///
+/// # Errors
+/// Those of the reader, with the name.
+fn parse(bytes: &[u8], format: Option<Format>, name: &str, reading: Reading) -> anyhow::Result<Source> {
+    let mut options = ReadOptions::default();
+    options.format = format;
+    options.max_memory = reading.max_memory;
+    options.force = reading.force;
+    match formats::read_with(bytes, &options) {
+        Err(error @ Error::Limit { what: INFLATED_BYTES, .. }) => {
+            Err(anyhow!("{name}: {error} (--max-memory allows more)"))
+        }
+        outcome => outcome.with_context(|| name.to_owned()),
+    }
 }
 
 fn begins_as_uwm(path: &Path) -> anyhow::Result<bool> {

@@ -2,7 +2,7 @@
 
 use super::args::{is_stream, size};
 use super::failure::Usage;
-use super::input::{self, Input};
+use super::input::{self, Input, Reading};
 use super::numbers::{count, grouped, percent, significant, table};
 use super::output::say;
 use super::progress::Progress;
@@ -128,7 +128,7 @@ impl Measured {
 /// Reads a mesh of any format; `level` is one of a `.uwm` file.
 fn read(path: &Path, level: Option<u32>, memory: u64, progress: &mut Progress) -> anyhow::Result<Measured> {
     let name = input::name(path);
-    match Input::open(path, memory)? {
+    match Input::open(path, Reading { max_memory: memory, force: false })? {
         Input::Levels(mut uwm) => {
             let level = level.unwrap_or(0);
             let mesh = uwm.level(level, progress)?.assembled()?;

@@ -169,8 +169,8 @@ impl MeshFormat {
         }
     }
 
-    /// Writes a mesh; a PLY file in binary32 where that keeps every coordinate, on the lattice if one is given. An STL file
-    /// is always in binary32.
+    /// Writes a mesh; a PLY file in binary32 where that keeps every coordinate, on the lattice if one is given, and an OBJ file
+    /// with its decimals where they keep every point of the lattice. An STL file is always in binary32.
     ///
     /// # Errors
     /// Those of `out`.
@@ -183,7 +183,10 @@ impl MeshFormat {
         match self {
             Self::Ply if fits_binary32(mesh, lattice) => write_ply(mesh, Precision::Float32, &mut out),
             Self::Ply => write_ply(mesh, Precision::Float64, &mut out),
-            Self::Obj => write_obj(mesh, &mut out),
+            Self::Obj if decimals_fit_binary32(mesh, lattice) => {
+                write_obj(mesh, Precision::Float32, &mut out)
+            }
+            Self::Obj => write_obj(mesh, Precision::Float64, &mut out),
             Self::Stl => write_stl(mesh, &mut out),
         }
     }
@@ -219,7 +222,8 @@ impl MeshFormat {
         losses
     }
 
-    /// Writes a mesh of which the coordinates are exact; a PLY file has them in the type that they are of.
+    /// Writes a mesh of which the coordinates are exact; a PLY file has them in the type that they are of, an OBJ file as
+    /// decimals of that.
     ///
     /// # Errors
     /// Those of `out`.
@@ -227,7 +231,8 @@ impl MeshFormat {
         match (self, real) {
             (Self::Ply, Real::Binary32) => write_ply(mesh, Precision::Float32, &mut out),
             (Self::Ply, Real::Binary64) => write_ply(mesh, Precision::Float64, &mut out),
-            (Self::Obj, _) => write_obj(mesh, &mut out),
+            (Self::Obj, Real::Binary32) => write_obj(mesh, Precision::Float32, &mut out),
+            (Self::Obj, Real::Binary64) => write_obj(mesh, Precision::Float64, &mut out),
             (Self::Stl, _) => write_stl(mesh, &mut out),
         }
     }
@@ -266,6 +271,18 @@ fn fits_binary32(mesh: &IndexedMesh, lattice: Option<&Lattice>) -> bool {
     mesh.positions.iter().all(|p| (0..3).all(|k| survives(p[k], k)))
 }
 
+/// Whether every coordinate survives as the same point of the lattice where it is written as a decimal of binary32, which is anywhere
+/// between the neighbours of the binary32 number that is nearest.
+fn decimals_fit_binary32(mesh: &IndexedMesh, lattice: Option<&Lattice>) -> bool {
+    let Some(lattice) = lattice.filter(|lattice| lattice.step > 0.0) else { return false };
+    let survives = |x: f64, k: usize| {
+        let (point, near) = (lattice.unclamped(x, k), x as f32);
+        let stays = |y: f32| lattice.unclamped(f64::from(y), k) == point;
+        point.abs() <= MOST && stays(near.next_down()) && stays(near.next_up())
+    };
+    mesh.positions.iter().all(|p| (0..3).all(|k| survives(p[k], k)))
+}
+
 const MOST: f64 = unweld::codec::residue::MAX_OUTSIDE as f64;
 
 #[cfg(test)]
@@ -286,6 +303,24 @@ mod tests {
         let point = Lattice::over([0.1; 3], [0.1; 3], 12);
         assert!(!fits_binary32(&mesh(0.1), Some(&point)));
         assert!(!fits_binary32(&mesh(1e300), Some(&lattice)));
+    }
+
+    #[test]
+    fn decimals_of_binary32_where_they_keep_the_lattice() {
+        let mesh = |x| IndexedMesh::new(vec![[x, 0.5, 0.25]], vec![]);
+        let lattice = Lattice::over([1000.0, 0.0, 0.0], [1001.0, 1.0, 1.0], 12);
+        let on_lattice = lattice.position([2048, 1, 1])[0];
+        let text = |bits| {
+            let lattice = Lattice::over([1000.0, 0.0, 0.0], [1001.0, 1.0, 1.0], bits);
+            let mut text = Vec::new();
+            MeshFormat::Obj.write(&mesh(on_lattice + 1e-5), Some(&lattice), &mut text).unwrap();
+            String::from_utf8(text).unwrap()
+        };
+        // Neighbours of binary32 are 6.1e-5 apart there, points of the lattice 2.4e-4 or 9.5e-7.
+        let first = |text: String| text.split_whitespace().nth(1).unwrap().to_owned();
+        assert!(first(text(12)).len() <= 9, "{}", text(12));
+        assert_eq!(first(text(20)).parse::<f64>().unwrap(), on_lattice + 1e-5);
+        assert!(!decimals_fit_binary32(&mesh(1000.5), None));
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::args::{Simplification, Tolerance, part, size, tolerance};
 use super::failure::{Usage, note};
-use super::input::{self, Mesh};
+use super::input::{self, Mesh, Reading};
 use super::numbers::{count, grouped, of_diagonal, percent, significant};
 use super::output::{MeshFormat, Output, remark, say};
 use super::progress::Progress;
@@ -10,7 +10,9 @@ use anyhow::{Context, anyhow, bail};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
+use unweld::codec::grid::Real;
 use unweld::encoder::Profile;
+use unweld::formats::Coordinates;
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::{Conditioned, condition};
 use unweld::mesh::{CornerTable, IndexedMesh, Lattice, Vertex, lattice};
@@ -32,7 +34,7 @@ pub struct Args {
     /// Level of a .uwm file, 0, the finest, where none is named, to the base's
     #[arg(long, value_name = "J")]
     level: Option<u32>,
-    /// Most memory for decoding a .uwm file, in bytes or with a suffix K, M, G
+    /// Most memory for decoding a .uwm file, and most bytes that a compressed mesh may inflate to, with a suffix K, M, G or without
     #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
     max_memory: u64,
     /// What the result cannot keep of the input is an error, and nothing is written
@@ -77,7 +79,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let name = input::name(&args.input);
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
-    let Mesh { source, level } = Mesh::read(&args.input, args.level, args.max_memory, &mut progress)?;
+    let reading = Reading { max_memory: args.max_memory, force: false };
+    let Mesh { source, level } = Mesh::read(&args.input, args.level, reading, &mut progress)?;
     let read = start.elapsed().as_secs_f64();
     let limit = args.goal.limit(&source.mesh);
     let conditioned = condition(&source.mesh, args.simplification.weld());
@@ -92,7 +95,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.strict && !dropped.is_empty() {
         bail!("{name}: --strict: the result cannot keep {}", dropped.join(", "));
     }
-    output.write(|out| format.write(&mesh, None, out))?;
+    output.write(|out| match source.coordinates {
+        Coordinates::Float32 => format.write_exact(&mesh, Real::Binary32, out),
+        Coordinates::Float64 | Coordinates::Text => format.write(&mesh, None, out),
+    })?;
 
     let diagonal = source.mesh.diagonal();
     let distance = distance(&source.mesh, &mesh, SAMPLES);

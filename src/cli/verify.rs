@@ -1,7 +1,7 @@
 //! `unweld verify`: is a file sound, do its roads lead to the same meshes, and is it the mesh it came from?
 
 use super::args::size;
-use super::input;
+use super::input::{self, Reading};
 use super::numbers::{count, grouped};
 use super::original::{compare, lists_differ};
 use super::output::say;
@@ -44,7 +44,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let checked = check(&mut uwm, &mut progress, &mut lines);
     let checked = checked.and_then(|mesh| match &args.original {
         Some(original) => {
-            let source = input::read(original)?;
+            // What is there counts, as where it was encoded by force.
+            let source = input::read(original, Reading { max_memory: args.max_memory, force: true })?;
             compare(&uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
         }
         None => Ok(()),

@@ -2,7 +2,7 @@
 
 use super::args::{is_stream, size};
 use super::failure::{Usage, note};
-use super::input::{self, Input};
+use super::input::{self, Input, Reading};
 use super::numbers::{count, grouped};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
@@ -285,7 +285,7 @@ fn is_ours(path: &Path) -> io::Result<bool> {
 type Meshes = (BTreeMap<Option<u32>, IndexedMesh>, Vec<String>);
 
 fn meshes(args: &Args, progress: &mut Progress) -> anyhow::Result<Meshes> {
-    let source = match Input::open(&args.input, args.max_memory)? {
+    let source = match Input::open(&args.input, Reading { max_memory: args.max_memory, force: false })? {
         Input::Levels(mut uwm) => {
             let levels = levels(&mut uwm, &args.level, progress)?;
             return Ok((levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(), Vec::new()));

@@ -17,9 +17,12 @@ use crate::error::{Error, InputError, Place, Result};
 use crate::limits::MAX_ELEMENTS;
 use crate::mesh::IndexedMesh;
 
+mod ears;
 mod fan;
+mod foreign;
 mod gzip;
 mod obj;
+mod obstacles;
 mod off;
 mod ply;
 mod ply_header;
@@ -28,6 +31,7 @@ mod stl;
 mod text;
 mod write;
 
+pub use gzip::INFLATED_BYTES;
 pub use write::{Precision, write_obj, write_ply, write_stl};
 
 /// A foreign mesh format.
@@ -60,11 +64,21 @@ impl Format {
         }
     }
 
-    /// The format the (inflated) content tells: PLY begins with a line `ply`; STL with `solid`, or else its length is the
+    /// What it is called.
+    fn name(self) -> &'static str {
+        match self {
+            Self::Ply => "PLY",
+            Self::Obj => "OBJ",
+            Self::Stl => "STL",
+            Self::Off => "OFF",
+        }
+    }
+
+    /// The format the (inflated) content tells: PLY begins with a line `ply`; STL with `solid` (or a facet), or else its length is the
     /// one that its number of facets asks for; OFF begins with its keyword, and OBJ, which is text, with nothing in particular.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
-        match bytes {
-            [b'p', b'l', b'y', b'\r' | b'\n', ..] => Some(Self::Ply),
+        match () {
+            _ if ply_header::is_ply(bytes) => Some(Self::Ply),
             _ if stl::is_stl(bytes) => Some(Self::Stl),
             _ if off::is_off(bytes) => Some(Self::Off),
             _ => text::is_text(bytes).then_some(Self::Obj),
@@ -86,11 +100,12 @@ pub enum Coordinates {
 /// What a foreign file held.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Source {
-    /// All vertices and triangles, in the order of the file; polygons as fans from the first corner.
+    /// All vertices and triangles, in the order of the file. A polygon of n corners is n - 2 triangles: a fan from its first corner where none
+    /// of that turns against the polygon's normal, which is so where it is convex; else its ears, so that they cover what it goes round.
     pub mesh: IndexedMesh,
     /// The file's format.
     pub format: Format,
-    /// How many faces had more than three sides and became fans.
+    /// How many faces had more than three sides and were cut.
     pub polygons: usize,
     /// The type the file declares its coordinates to have. Text is read to the nearest number of that type.
     pub coordinates: Coordinates,
@@ -98,6 +113,27 @@ pub struct Source {
     pub text: bool,
     /// What the file carried and the mesh does not, in words for the user, e.g. `"materials (2)"`.
     pub dropped: Vec<String>,
+}
+
+/// How to read a mesh.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct ReadOptions {
+    /// The format; the content tells it where this is `None`.
+    pub format: Option<Format>,
+    /// The file as the user knows it, for error messages; it may be empty.
+    pub name: String,
+    /// Most bytes that a gzip-compressed file may inflate to; 64 GiB by default. What is read of it takes about as much again.
+    pub max_memory: u64,
+    /// Whether to read what contradicts itself, as far as it can be read: a binary STL file by its length where that is not what its count of
+    /// facets asks for, a text STL file whose last solid does not end. Not by default.
+    pub force: bool,
+}
+
+impl Default for ReadOptions {
+    fn default() -> Self {
+        Self { format: None, name: String::new(), max_memory: 1 << 36, force: false }
+    }
 }
 
 /// Reads the file at `path`, inflating it if it is gzip-compressed, whatever its name says.
@@ -115,23 +151,41 @@ pub fn read(path: &Path) -> Result<Source> {
 /// `name` is the file as the user knows it, for error messages; it may be empty.
 ///
 /// # Errors
-/// [`Error::Input`] with the line (text) or the byte of the inflated data (binary) where the file is at fault, or for the
-/// file as a whole where it holds no triangle; [`Error::Limit`] above [`MAX_ELEMENTS`] vertices or triangles, or
-/// where the inflated size is out of reason.
+/// As [`read_with`].
 pub fn read_bytes(bytes: &[u8], hint: Option<Format>, name: &str) -> Result<Source> {
+    read_with(bytes, &ReadOptions { format: hint, name: name.to_owned(), ..ReadOptions::default() })
+}
+
+/// Reads a mesh from memory, inflating it if it is gzip-compressed.
+///
+/// # Errors
+/// [`Error::Input`] with the line (text) or the byte of the inflated data (binary) where the file is at fault, or for the
+/// file as a whole where it holds no triangle; where it is a file of another kind, that is said instead. [`Error::Limit`]
+/// above [`MAX_ELEMENTS`] vertices or triangles, or where the inflated size is beyond the limit.
+pub fn read_with(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+    let name = &options.name;
     let inflated =
-        if gzip::is_gzip(bytes) { Some(gzip::inflate(bytes, MAX_INFLATED_BYTES, name)?) } else { None };
+        if gzip::is_gzip(bytes) { Some(gzip::inflate(bytes, options.max_memory, name)?) } else { None };
     let bytes = inflated.as_deref().unwrap_or(bytes);
+    let outcome = read_inflated(bytes, options);
+    match outcome {
+        Err(Error::Input(fault)) => Err(misnamed(bytes, options).unwrap_or(fault).into()),
+        outcome => outcome,
+    }
+}
+
+fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+    let name = &options.name[..];
     let whole = |what: &str| InputError::new(name, Place::Whole, what);
     if bytes.is_empty() {
         return Err(whole("the file is empty").into());
     }
-    let format = hint.or_else(|| Format::sniff(bytes));
+    let format = options.format.or_else(|| Format::sniff(bytes));
     let unknown = || whole("the content is of no known format: PLY, OBJ, STL, OFF");
     let mut source = match format.ok_or_else(unknown)? {
         Format::Ply => ply::read(bytes, name)?,
         Format::Obj => obj::read(bytes, name)?,
-        Format::Stl => stl::read(bytes, name)?,
+        Format::Stl => stl::read(bytes, name, options.force)?,
         Format::Off => off::read(bytes, name)?,
     };
     match source.mesh.positions.len() {
@@ -145,6 +199,19 @@ pub fn read_bytes(bytes: &[u8], hint: Option<Format>, name: &str) -> Result<Sour
     limit("vertices", source.mesh.positions.len())?;
     limit("triangles", source.mesh.triangles.len())?;
     Ok(source)
+}
+
+/// What there is to say of a file that cannot be read since it is of another kind.
+fn misnamed(bytes: &[u8], options: &ReadOptions) -> Option<InputError> {
+    let place = if text::is_text(bytes) { Place::Line(1) } else { Place::Byte(0) };
+    let says = |what: String| Some(InputError::new(&options.name, place, what));
+    if let Some(what) = foreign::named(bytes) {
+        return says(format!("this is {what}; PLY, OBJ, STL and OFF are read"));
+    }
+    // That it may be OBJ is said of all text.
+    let told = Format::sniff(bytes).filter(|format| !matches!(format, Format::Obj))?;
+    let expected = options.format.filter(|format| *format != told)?;
+    says(format!("this is {}, not {}, by what it begins with", told.name(), expected.name()))
 }
 
 /// The error with the part of the file that it is in.
@@ -163,9 +230,6 @@ fn limit(what: &'static str, count: usize) -> Result<()> {
     let (needed, allowed) = (count as u64, u64::from(MAX_ELEMENTS));
     if needed > allowed { Err(Error::Limit { what, needed, allowed }) } else { Ok(()) }
 }
-
-/// Most bytes a compressed file may inflate to: 64 GiB.
-const MAX_INFLATED_BYTES: u64 = 1 << 36;
 
 #[cfg(test)]
 mod tests {
@@ -209,13 +273,15 @@ mod tests {
         for (bytes, format) in [
             (&b"ply\nformat"[..], Some(Format::Ply)),
             (b"ply\rformat", Some(Format::Ply)),
+            (b"\xef\xbb\xbfply \r\nformat", Some(Format::Ply)),
+            (b"facet normal 0 0 1", Some(Format::Stl)),
             (b"plywood", Some(Format::Obj)),
             (b"solid", Some(Format::Stl)),
             (b"\n SOLID x\n", Some(Format::Stl)),
             (b"solids x\n", Some(Format::Obj)),
             (&facets, Some(Format::Stl)),
             (&facets[..133], None),
-            (b"solid \0", None),
+            (b"solid \0x", None),
             (b"# c\nCOFF\n", Some(Format::Off)),
             (b"# c\nv 1 2 3\n", Some(Format::Obj)),
             (b"glTF\x02\0\0\0", None),
@@ -225,6 +291,39 @@ mod tests {
         let none = "the content is of no known format: PLY, OBJ, STL, OFF";
         assert_eq!(input_error(read_bytes(b"\0\x01", None, "n")), InputError::new("n", Place::Whole, none));
         assert_eq!(read_bytes(TRIANGLE.as_bytes(), None, "").unwrap().format, Format::Obj);
+    }
+
+    #[test]
+    fn files_of_other_kinds_are_named() {
+        let all = [None, Some(Format::Ply), Some(Format::Obj), Some(Format::Stl), Some(Format::Off)];
+        let long = |first: &str| [first.as_bytes(), &[b'\n'; 200]].concat();
+        for (bytes, place, what) in [
+            (b"DRACO\x02\x02\x01\x01\0\0 and so on, for more bytes than the header of an STL file has, which is 84".to_vec(), Place::Byte(0), "a Draco file"),
+            (long("<!doctype html>"), Place::Line(1), "an HTML page"),
+            (long("{\"asset\":{\"version\":\"2.0\"}}"), Place::Line(1), "a glTF file"),
+            (b"P\0K\0-\0u\0t\0f\0".to_vec(), Place::Byte(0), "text in UTF-16, not in UTF-8"),
+        ] {
+            let what = format!("this is {what}; PLY, OBJ, STL and OFF are read");
+            for hint in all {
+                let expected = InputError::new("n", place, &what[..]);
+                assert_eq!(input_error(read_bytes(&bytes, hint, "n")), expected);
+                assert_eq!(input_error(read_bytes(&zipped(&bytes), hint, "n")), expected);
+            }
+        }
+        let error =
+            input_error(read_bytes(b"OFF\n3 1 0\n0 0 0 1 0 0 0 1 0 3 0 1 2\n", Some(Format::Stl), "n"));
+        assert_eq!(error.to_string(), "n: line 1: this is OFF, not STL, by what it begins with");
+        // What can be read is read, whatever it begins with.
+        let odd = format!("#usda\n{TRIANGLE}");
+        assert_eq!(read_bytes(odd.as_bytes(), Some(Format::Obj), "").unwrap().mesh.triangles.len(), 1);
+    }
+
+    #[test]
+    fn the_inflated_size_is_limited() {
+        let bomb = zipped(&[TRIANGLE.as_bytes(), &[b'#'; 1 << 20]].concat());
+        let with = |max_memory| read_with(&bomb, &ReadOptions { max_memory, ..ReadOptions::default() });
+        assert!(matches!(with(100_000), Err(Error::Limit { allowed: 100_000, .. })));
+        assert_eq!(with(2 << 20).unwrap().mesh.triangles.len(), 1);
     }
 
     #[test]
@@ -271,7 +370,7 @@ mod tests {
             let mesh = IndexedMesh::new(positions, seeds.iter().map(|t| t.map(|i| i.index(n) as u32)).collect());
             let (mut ply, mut obj) = (Vec::new(), Vec::new());
             write_ply(&mesh, Precision::Float64, &mut ply).unwrap();
-            write_obj(&mesh, &mut obj).unwrap();
+            write_obj(&mesh, Precision::Float64, &mut obj).unwrap();
             for (bytes, format, coordinates, text) in
                 [(ply, Format::Ply, Coordinates::Float64, false), (obj, Format::Obj, Coordinates::Text, true)]
             {
@@ -289,7 +388,7 @@ mod tests {
             let mesh = IndexedMesh::new(vec![p], vec![[0; 3]]);
             let (mut ply, mut obj, mut small) = (Vec::new(), Vec::new(), Vec::new());
             write_ply(&mesh, Precision::Float64, &mut ply).unwrap();
-            write_obj(&mesh, &mut obj).unwrap();
+            write_obj(&mesh, Precision::Float64, &mut obj).unwrap();
             for bytes in [ply, obj] {
                 let back = read_bytes(&bytes, None, "").unwrap().mesh.positions[0];
                 prop_assert_eq!(back.map(f64::to_bits), p.map(f64::to_bits));

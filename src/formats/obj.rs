@@ -6,9 +6,8 @@
 use std::collections::HashSet;
 
 use crate::error::{Error, InputError, Place, Result};
-use crate::mesh::IndexedMesh;
 
-use super::fan::Fans;
+use super::fan::{self, Fans};
 use super::text::{byte_order_mark, integer, line_end, number, quoted};
 use super::{Coordinates, Format, Source};
 
@@ -41,9 +40,9 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<Source> {
         let what = format!("vertex index {index} is out of range: the file has {} vertices", positions.len());
         return Err(InputError::new(name, Place::Line(line), what).into());
     }
-    let dropped = dropped.in_words().into_iter().chain(fans.note_short()).collect();
-    let mesh = IndexedMesh::new(positions, fans.triangles);
-    let (format, polygons) = (Format::Obj, fans.polygons);
+    let fan::Faces { mesh, polygons, notes } = fans.mesh(positions);
+    let dropped = dropped.in_words().into_iter().chain(notes).collect();
+    let format = Format::Obj;
     Ok(Source { mesh, format, polygons, coordinates: Coordinates::Text, text: true, dropped })
 }
 

@@ -9,10 +9,11 @@
 //! - What follows the indices of a face in its line is its colour.
 //! - Binary data are big-endian.
 
-use crate::error::Result;
-use crate::mesh::IndexedMesh;
+use byteorder::BigEndian;
 
-use super::fan::Fans;
+use crate::error::Result;
+
+use super::fan::{Faces, Fans};
 use super::ply_header::Scalar;
 use super::ply_values::{Binary, Values};
 use super::text::{ENDS_EARLY, Words, byte_order_mark, integer, line_end, quoted};
@@ -195,7 +196,7 @@ impl Body {
         Ok(())
     }
 
-    fn binary(mut self, mut values: Binary<true>) -> Result<Source> {
+    fn binary(mut self, mut values: Binary<BigEndian>) -> Result<Source> {
         let mut counts = [0; 3];
         for (count, what) in counts.iter_mut().zip(["vertices", "faces", "edges"]) {
             let told = values.integer(Scalar::I32).map_err(|e| within(e, "counts"))?;
@@ -209,7 +210,7 @@ impl Body {
         Ok(self.source(Coordinates::Float32, false))
     }
 
-    fn binary_vertices(&mut self, values: &mut Binary<true>, vertices: u64) -> Result<()> {
+    fn binary_vertices(&mut self, values: &mut Binary<BigEndian>, vertices: u64) -> Result<()> {
         self.positions.reserve(vertices.min(values.at_most(Scalar::F32) as u64 / 3) as usize);
         for vertex in 0..vertices {
             let mut position = [0.0; 3];
@@ -223,7 +224,7 @@ impl Body {
         Ok(())
     }
 
-    fn binary_faces(&mut self, values: &mut Binary<true>, vertices: u64, faces: u64) -> Result<()> {
+    fn binary_faces(&mut self, values: &mut Binary<BigEndian>, vertices: u64, faces: u64) -> Result<()> {
         for face in 0..faces {
             let length = length(values.integer(Scalar::I32)?, face).map_err(|what| values.fault(what))?;
             for _ in 0..length {
@@ -268,10 +269,9 @@ impl Body {
         if self.coloured > 0 {
             self.dropped.push(format!("face colours ({})", self.coloured));
         }
-        self.dropped.extend(self.fans.note_short());
-        let (polygons, dropped) = (self.fans.polygons, self.dropped);
-        let mesh = IndexedMesh::new(self.positions, self.fans.triangles);
-        Source { mesh, format: Format::Off, polygons, coordinates, text, dropped }
+        let Faces { mesh, polygons, notes } = self.fans.mesh(self.positions);
+        self.dropped.extend(notes);
+        Source { mesh, format: Format::Off, polygons, coordinates, text, dropped: self.dropped }
     }
 }
 

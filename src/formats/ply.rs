@@ -7,10 +7,11 @@
 //!   turned round. A strip triangle that names a vertex twice is a device to go round corners, so it is skipped; but
 //!   it counts for the turning.
 
-use crate::error::{Error, InputError, Place, Result};
-use crate::mesh::IndexedMesh;
+use byteorder::{BigEndian, LittleEndian};
 
-use super::fan::Fans;
+use crate::error::{Error, InputError, Place, Result};
+
+use super::fan::{Faces, Fans};
 use super::ply_header::{Element, Encoding, Header, Kind, Property, Scalar};
 use super::ply_values::{Binary, Text, Values};
 use super::{Coordinates, Format, Source, within};
@@ -41,10 +42,10 @@ pub(super) fn read(bytes: &[u8], name: &str) -> Result<Source> {
             read_elements(&header, &layout, Text::new(bytes, header.length, header.lines, name))
         }
         Encoding::LittleEndian => {
-            read_elements(&header, &layout, Binary::<false>::new(bytes, header.length, name))
+            read_elements(&header, &layout, Binary::<LittleEndian>::new(bytes, header.length, name))
         }
         Encoding::BigEndian => {
-            read_elements(&header, &layout, Binary::<true>::new(bytes, header.length, name))
+            read_elements(&header, &layout, Binary::<BigEndian>::new(bytes, header.length, name))
         }
     }
 }
@@ -85,15 +86,15 @@ fn read_elements(header: &Header, layout: &Layout, mut values: impl Values) -> R
     if header.textures > 0 {
         dropped.push(format!("texture file names ({})", header.textures));
     }
-    dropped.extend(fans.note_short());
+    let Faces { mesh, polygons, notes } = fans.mesh(positions);
+    dropped.extend(notes);
     dropped.extend(values.rest());
     let wide = |axis: &(usize, Scalar)| matches!(axis.1, Scalar::F64 | Scalar::I32 | Scalar::U32);
     let coordinates = match layout.axes {
         Some(axes) if axes.iter().any(wide) => Coordinates::Float64,
         _ => Coordinates::Float32,
     };
-    let (format, polygons, text) = (Format::Ply, fans.polygons, header.encoding == Encoding::Ascii);
-    let mesh = IndexedMesh::new(positions, fans.triangles);
+    let (format, text) = (Format::Ply, header.encoding == Encoding::Ascii);
     Ok(Source { mesh, format, polygons, coordinates, text, dropped })
 }
 
@@ -281,6 +282,7 @@ fn header_fault(name: &str, element: &Element, what: &str) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::mesh::IndexedMesh;
     use proptest::prelude::*;
 
     const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n";

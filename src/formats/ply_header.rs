@@ -2,7 +2,7 @@
 
 use crate::error::{Error, InputError, Place, Result};
 
-use super::text::quoted;
+use super::text::{byte_order_mark, quoted};
 
 /// How the data behind the header are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -110,6 +110,10 @@ pub(super) struct Header {
 impl Header {
     /// Reads the header at the start of `bytes`. All its lines end as the first one does: LF, CR LF or CR.
     ///
+    /// A line before the first element that begins with no keyword is a comment whose keyword is missing, as some exporters
+    /// write it. There it cannot be a misspelt line: without its `format` or its first `element` the header is
+    /// refused. Behind that it could, so it is a fault.
+    ///
     /// # Errors
     /// [`Error::Input`] at the line at fault.
     pub(super) fn parse(bytes: &[u8], name: &str) -> Result<Self> {
@@ -117,8 +121,9 @@ impl Header {
         let Some(newline) = newline_of(bytes) else {
             return Err(fault(1, "not a PLY file: the first line is not `ply`".into()));
         };
+        let length = byte_order_mark(bytes);
         let mut header =
-            Self { encoding: Encoding::Ascii, elements: Vec::new(), textures: 0, lines: 0, length: 0 };
+            Self { encoding: Encoding::Ascii, elements: Vec::new(), textures: 0, lines: 0, length };
         let mut encoding = None;
         let mut declared = 0;
         loop {
@@ -147,6 +152,7 @@ impl Header {
                     let property = parse_property(words).ok_or_else(unreadable)?;
                     header.elements.last_mut().ok_or_else(unreadable)?.properties.push(property);
                 }
+                Some(_) if header.elements.is_empty() => {}
                 Some(_) => return Err(unreadable()),
             }
             if declared > MAX_DECLARED {
@@ -159,11 +165,18 @@ impl Header {
     }
 }
 
-/// The last byte of a line end, told by the first line, if that is `ply`.
+/// Whether the content tells that this is a PLY file.
+pub(super) fn is_ply(bytes: &[u8]) -> bool {
+    newline_of(bytes).is_some()
+}
+
+/// The last byte of a line end, told by the first line, if that is `ply`; blanks may follow it.
 fn newline_of(bytes: &[u8]) -> Option<u8> {
-    match bytes {
-        [b'p', b'l', b'y', b'\n', ..] | [b'p', b'l', b'y', b'\r', b'\n', ..] => Some(b'\n'),
-        [b'p', b'l', b'y', b'\r', ..] => Some(b'\r'),
+    let behind = bytes[byte_order_mark(bytes)..].strip_prefix(b"ply")?;
+    let blanks = behind.iter().take_while(|b| matches!(b, b' ' | b'\t')).count();
+    match behind[blanks..] {
+        [b'\n', ..] | [b'\r', b'\n', ..] => Some(b'\n'),
+        [b'\r', ..] => Some(b'\r'),
         _ => None,
     }
 }
@@ -228,6 +241,33 @@ mod tests {
     }
 
     #[test]
+    fn what_hands_and_exporters_add() {
+        let plain = Header::parse(HEADER.as_bytes(), "").unwrap();
+        for (from, to) in [
+            ("ply", "\u{feff}ply"),
+            ("ply", "ply "),
+            ("ply", "\u{feff}ply \t"),
+            ("comment TextureFile a b.png\n", "comment TextureFile a b.png\nMade by hand\n"),
+        ] {
+            for end in ["\n", "\r\n", "\r"] {
+                let text = HEADER.replacen(from, to, 1).replace('\n', end);
+                assert!(is_ply(text.as_bytes()));
+                let header = Header::parse(text.as_bytes(), "").unwrap();
+                let lines = text.matches(end).count();
+                assert_eq!((header.length, header.lines), (text.len(), lines as u64), "{text:?}");
+                let places = |header: &Header| {
+                    header.elements.iter().map(|e| (e.name.clone(), e.count)).collect::<Vec<_>>()
+                };
+                assert_eq!(places(&header), places(&plain));
+                assert_eq!((header.encoding, header.textures), (plain.encoding, plain.textures));
+            }
+        }
+        for no in ["ply", "plywood\n", " ply\n", "ply x\n", "PLY\n"] {
+            assert!(!is_ply(no.as_bytes()), "{no:?}");
+        }
+    }
+
+    #[test]
     fn faults_are_placed() {
         let fails_at = |line: u64, text: &str| match Header::parse(text.as_bytes(), "a.ply") {
             Err(Error::Input(e)) => assert_eq!(e.place, Place::Line(line), "{text:?} {e}"),
@@ -250,11 +290,14 @@ mod tests {
             "element vertex 1 2",
             "property float x",
             "element v 1\rproperty float x",
-            "ply",
-            "garbage",
         ] {
             fails_at(2, &format!("ply\n{line}\n"));
         }
+        for line in ["garbage", "elemnt v 1", "Property float x"] {
+            fails_at(3, &format!("ply\nelement v 1\n{line}\nproperty float x\n"));
+        }
+        fails_at(4, "ply\nfromat ascii 1.0\nelement v 1\nend_header\n");
+        fails_at(4, "ply\nformat ascii 1.0\nelemnt v 1\nproperty float x\nend_header\n");
         for line in
             ["property", "property float", "property half x", "property list uchar x", "property float x y"]
         {

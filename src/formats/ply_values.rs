@@ -1,15 +1,19 @@
 //! The data of a PLY file as a run of numbers, in text or binary.
 
+use std::marker::PhantomData;
+
+use byteorder::ByteOrder;
+
 use crate::error::{Error, InputError, Place, Result};
 
 use super::ply_header::Scalar;
-use super::text::{ENDS_EARLY, Words, binary32, number, quoted};
+use super::text::{ENDS_EARLY, Words, binary32, number, quoted, whole};
 
 /// Numbers one after the other. The header knows their types; in text they are words between blanks and line ends.
 pub(super) trait Values {
     /// The next number.
     fn number(&mut self, scalar: Scalar) -> Result<f64>;
-    /// The next number, which must be an integer.
+    /// The next number, which must be an integer, of whatever type it is.
     fn integer(&mut self, scalar: Scalar) -> Result<i64>;
     /// Passes over `count` numbers.
     fn skip(&mut self, scalar: Scalar, count: u64) -> Result<()>;
@@ -21,43 +25,41 @@ pub(super) trait Values {
     fn rest(&mut self) -> Option<String>;
 }
 
-/// Binary numbers.
-pub(super) struct Binary<'a, const BIG_ENDIAN: bool> {
+/// Binary numbers in the byte order B.
+pub(super) struct Binary<'a, B> {
     bytes: &'a [u8],
     /// Where the number read last begins.
     at: usize,
     /// Where the next number begins, at most the length.
     next: usize,
     name: &'a str,
+    order: PhantomData<B>,
 }
 
-impl<'a, const BIG_ENDIAN: bool> Binary<'a, BIG_ENDIAN> {
+impl<'a, B: ByteOrder> Binary<'a, B> {
     /// The data of `bytes` behind a header of `header` bytes.
     pub(super) fn new(bytes: &'a [u8], header: usize, name: &'a str) -> Self {
-        Self { bytes, at: header, next: header, name }
+        Self { bytes, at: header, next: header, name, order: PhantomData }
     }
 
-    /// The next N bytes, in little-endian order.
+    /// The bytes of the next number.
     #[inline]
-    fn take<const N: usize>(&mut self) -> Result<[u8; N]> {
+    fn take(&mut self, scalar: Scalar) -> Result<&'a [u8]> {
         self.at = self.next;
-        let Some(&(mut chunk)) = self.bytes[self.next..].first_chunk::<N>() else {
+        let Some((taken, _)) = self.bytes[self.next..].split_at_checked(scalar.size()) else {
             return Err(self.fault(ENDS_EARLY));
         };
-        self.next += N;
-        if BIG_ENDIAN {
-            chunk.reverse();
-        }
-        Ok(chunk)
+        self.next += taken.len();
+        Ok(taken)
     }
 }
 
-impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
+impl<B: ByteOrder> Values for Binary<'_, B> {
     #[inline]
     fn number(&mut self, scalar: Scalar) -> Result<f64> {
         Ok(match scalar {
-            Scalar::F32 => f32::from_le_bytes(self.take()?).into(),
-            Scalar::F64 => f64::from_le_bytes(self.take()?),
+            Scalar::F32 => B::read_f32(self.take(scalar)?).into(),
+            Scalar::F64 => B::read_f64(self.take(scalar)?),
             _ => self.integer(scalar)? as f64,
         })
     }
@@ -65,15 +67,15 @@ impl<const BIG_ENDIAN: bool> Values for Binary<'_, BIG_ENDIAN> {
     #[inline]
     fn integer(&mut self, scalar: Scalar) -> Result<i64> {
         Ok(match scalar {
-            Scalar::I8 => i8::from_le_bytes(self.take()?).into(),
-            Scalar::U8 => u8::from_le_bytes(self.take()?).into(),
-            Scalar::I16 => i16::from_le_bytes(self.take()?).into(),
-            Scalar::U16 => u16::from_le_bytes(self.take()?).into(),
-            Scalar::I32 => i32::from_le_bytes(self.take()?).into(),
-            Scalar::U32 => u32::from_le_bytes(self.take()?).into(),
+            Scalar::I8 => i64::from(self.take(scalar)?[0] as i8),
+            Scalar::U8 => self.take(scalar)?[0].into(),
+            Scalar::I16 => B::read_i16(self.take(scalar)?).into(),
+            Scalar::U16 => B::read_u16(self.take(scalar)?).into(),
+            Scalar::I32 => B::read_i32(self.take(scalar)?).into(),
+            Scalar::U32 => B::read_u32(self.take(scalar)?).into(),
             Scalar::F32 | Scalar::F64 => {
-                self.at = self.next;
-                return Err(self.fault("an index or a list length has a floating-point type"));
+                let x = self.number(scalar)?;
+                whole(x).ok_or_else(|| self.fault(format!("{x} is not an integer")))?
             }
         })
     }
@@ -175,6 +177,7 @@ impl Values for Text<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use byteorder::{BigEndian, LittleEndian};
 
     #[test]
     fn all_types_in_both_byte_orders() {
@@ -190,22 +193,42 @@ mod tests {
         ];
         for (scalar, mut bytes, value) in types {
             assert_eq!(bytes.len(), scalar.size());
-            assert_eq!(Binary::<true>::new(&bytes, 0, "").number(scalar).unwrap(), value);
+            assert_eq!(Binary::<BigEndian>::new(&bytes, 0, "").number(scalar).unwrap(), value);
             bytes.reverse();
-            assert_eq!(Binary::<false>::new(&bytes, 0, "").number(scalar).unwrap(), value);
+            assert_eq!(Binary::<LittleEndian>::new(&bytes, 0, "").number(scalar).unwrap(), value);
+        }
+    }
+
+    #[test]
+    fn indices_of_a_floating_point_type() {
+        let bytes = [3.0f32, -1.0, 1.5, f32::NAN, 18446744073709551616.0].map(f32::to_le_bytes).concat();
+        let mut binary = Binary::<LittleEndian>::new(&bytes, 0, "a");
+        assert_eq!(binary.integer(Scalar::F32).unwrap(), 3);
+        assert_eq!(binary.integer(Scalar::F32).unwrap(), -1);
+        for (byte, number) in [(8, "1.5"), (12, "NaN"), (16, "18446744073709552000")] {
+            let error = binary.integer(Scalar::F32).unwrap_err();
+            assert_eq!(error.to_string(), format!("a: byte {byte}: {number} is not an integer"));
+        }
+        let mut text = Text::new(b"3.0 0 1. 2e0 -1.0 2.5 nan 1e30", 0, 0, "a");
+        for n in [3, 0, 1, 2, -1] {
+            assert_eq!(text.integer(Scalar::I32).unwrap(), n);
+        }
+        for word in ["2.5", "nan", "1e30"] {
+            let error = text.integer(Scalar::I32).unwrap_err();
+            assert_eq!(error.to_string(), format!("a: line 1: \"{word}\" is not an integer"));
         }
     }
 
     #[test]
     fn the_place_is_that_of_the_value() {
         let message = |result: Result<()>| result.unwrap_err().to_string();
-        let mut binary = Binary::<false>::new(&[9, 1, 0, 2, 0, 3], 1, "a");
+        let mut binary = Binary::<LittleEndian>::new(&[9, 1, 0, 2, 0, 3], 1, "a");
         assert_eq!(binary.integer(Scalar::U16).unwrap(), 1);
         assert_eq!(message(binary.skip(Scalar::U16, u64::MAX)), "a: byte 5: the file ends early");
         assert_eq!(binary.integer(Scalar::U16).unwrap(), 2);
         assert_eq!(binary.fault("x").to_string(), "a: byte 3: x");
         assert_eq!(message(binary.number(Scalar::U16).map(drop)), "a: byte 5: the file ends early");
-        assert!(message(binary.integer(Scalar::F32).map(drop)).starts_with("a: byte 5: an index"));
+        assert_eq!(message(binary.integer(Scalar::F32).map(drop)), "a: byte 5: the file ends early");
         assert_eq!(binary.rest().unwrap(), "1 bytes after the last element");
 
         let mut text = Text::new(b"h 1\r\n 2.5\r\r3x\n", 1, 4, "a");

@@ -103,14 +103,16 @@ impl<'a> Words<'a> {
         number(word).ok_or_else(|| self.fault(format!("{} is not a number", quoted(word))))
     }
 
-    /// The next word as an integer.
+    /// The next word as an integer, which may be written as `3.0`.
     ///
     /// # Errors
     /// Where it is none.
     #[inline]
     pub(super) fn integer(&mut self) -> Result<i64, Error> {
         let word = self.word().ok_or_else(|| self.fault(ENDS_EARLY))?;
-        integer(word).ok_or_else(|| self.fault(format!("{} is not an integer", quoted(word))))
+        integer(word)
+            .or_else(|| whole(number(word)?))
+            .ok_or_else(|| self.fault(format!("{} is not an integer", quoted(word))))
     }
 
     /// A fault in the word read last.
@@ -143,6 +145,11 @@ pub(super) fn binary32(word: &[u8]) -> Option<f32> {
 #[inline]
 pub(super) fn integer(word: &[u8]) -> Option<i64> {
     std::str::from_utf8(word).ok()?.parse().ok()
+}
+
+/// The integer that a number is, if it is one that binary64 tells from its neighbours.
+pub(super) fn whole(x: f64) -> Option<i64> {
+    (x.fract() == 0.0 && x.abs() <= (1u64 << 53) as f64).then_some(x as i64)
 }
 
 /// Length of the line end at the start of `bytes`: LF, CR LF or CR; 0 where there is none.

@@ -3,9 +3,11 @@
 use std::array;
 use std::io::{self, BufWriter, Write};
 
+use byteorder::{ByteOrder, LittleEndian, WriteBytesExt};
+
 use crate::mesh::IndexedMesh;
 
-/// The type of the coordinates in a PLY file.
+/// The type of the coordinates in a file; in text, the one to which its decimals are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Precision {
     /// binary32, to the nearest.
@@ -35,35 +37,43 @@ pub fn write_ply(mesh: &IndexedMesh, precision: Precision, out: &mut impl Write)
         match precision {
             Precision::Float32 => {
                 finite(f64::from(x as f32), x)?;
-                out.write_all(&(x as f32).to_le_bytes())?;
+                out.write_f32::<LittleEndian>(x as f32)?;
             }
-            Precision::Float64 => out.write_all(&finite(x, x)?.to_le_bytes())?,
+            Precision::Float64 => out.write_f64::<LittleEndian>(finite(x, x)?)?,
         }
     }
     for triangle in &mesh.triangles {
         let mut face = [3; 13];
         for (bytes, v) in face[1..].chunks_exact_mut(4).zip(triangle) {
-            bytes.copy_from_slice(&v.to_le_bytes());
+            LittleEndian::write_u32(bytes, *v);
         }
         out.write_all(&face)?;
     }
     out.flush()
 }
 
-/// Writes an OBJ file, each coordinate as the shortest decimal that reads back exactly as binary64.
+/// Writes an OBJ file, each coordinate as the shortest decimal that reads back exactly in the precision: 0.1 is
+/// 0.1 in binary32, and 0.10000000149011612 in binary64.
 ///
 /// # Errors
-/// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite.
-pub fn write_obj(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
+/// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in the wanted precision.
+pub fn write_obj(mesh: &IndexedMesh, precision: Precision, out: &mut impl Write) -> io::Result<()> {
     let mut out = BufWriter::new(out);
     for &position in &mesh.positions {
         out.write_all(b"v")?;
         for x in position {
+            let small = x as f32;
+            match precision {
+                Precision::Float32 => finite(f64::from(small), x)?,
+                Precision::Float64 => finite(x, x)?,
+            };
             // Display never uses an exponent: 300 zeros for 1e300.
-            if x == 0.0 || (1e-4..1e16).contains(&finite(x, x)?.abs()) {
-                write!(out, " {x}")?;
-            } else {
-                write!(out, " {x:e}")?;
+            let plain = x == 0.0 || (1e-4..1e16).contains(&x.abs());
+            match precision {
+                Precision::Float32 if plain => write!(out, " {small}")?,
+                Precision::Float32 => write!(out, " {small:e}")?,
+                Precision::Float64 if plain => write!(out, " {x}")?,
+                Precision::Float64 => write!(out, " {x:e}")?,
             }
         }
         out.write_all(b"\n")?;
@@ -88,17 +98,17 @@ pub fn write_stl(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
     })?;
     // Not `solid`, by which some readers know a text file.
     out.write_all(&[b' '; 80])?;
-    out.write_all(&triangles.to_le_bytes())?;
+    out.write_u32::<LittleEndian>(triangles)?;
     for triangle in &mesh.triangles {
         let mut facet = [0; 50];
         let corners = triangle.map(|v| mesh.positions[v as usize]);
         let (normal, numbers) = facet.split_at_mut(12);
         for (bytes, &x) in numbers.chunks_exact_mut(4).zip(corners.as_flattened()) {
             finite(f64::from(x as f32), x)?;
-            bytes.copy_from_slice(&(x as f32).to_le_bytes());
+            LittleEndian::write_f32(bytes, x as f32);
         }
         for (bytes, x) in normal.chunks_exact_mut(4).zip(unit_normal(corners)) {
-            bytes.copy_from_slice(&(x as f32).to_le_bytes());
+            LittleEndian::write_f32(bytes, x as f32);
         }
         out.write_all(&facet)?;
     }
@@ -144,8 +154,16 @@ mod tests {
     #[test]
     fn obj_text() {
         let mut text = Vec::new();
-        write_obj(&mesh(), &mut text).unwrap();
+        write_obj(&mesh(), Precision::Float64, &mut text).unwrap();
         let expected = "v 0 -0 1\nv 0.1 1e300 -2.5e-7\nv 123456.75 5e-324 9\nf 1 2 3\n";
+        assert_eq!(String::from_utf8(text).unwrap(), expected);
+        // What has been binary32 has the decimals of that.
+        let mut mesh = mesh();
+        mesh.positions[1] = [0.1f32, 1e30, -2.5e-7].map(f64::from);
+        mesh.positions[2][1] = f64::from(f32::from_bits(1));
+        text = Vec::new();
+        write_obj(&mesh, Precision::Float32, &mut text).unwrap();
+        let expected = "v 0 -0 1\nv 0.1 1e30 -2.5e-7\nv 123456.75 1e-45 9\nf 1 2 3\n";
         assert_eq!(String::from_utf8(text).unwrap(), expected);
     }
 
@@ -202,6 +220,10 @@ mod tests {
         write_ply(&mesh, Precision::Float64, &mut io::sink()).unwrap();
         mesh.positions[0][0] = f64::NAN;
         assert_eq!(kind(write_ply(&mesh, Precision::Float64, &mut io::sink())), io::ErrorKind::InvalidInput);
-        assert_eq!(kind(write_obj(&mesh, &mut io::sink())), io::ErrorKind::InvalidInput);
+        for precision in [Precision::Float32, Precision::Float64] {
+            assert_eq!(kind(write_obj(&mesh, precision, &mut io::sink())), io::ErrorKind::InvalidInput);
+        }
+        mesh.positions[0][0] = 1e39;
+        assert_eq!(kind(write_obj(&mesh, Precision::Float32, &mut io::sink())), io::ErrorKind::InvalidInput);
     }
 }

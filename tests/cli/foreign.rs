@@ -35,7 +35,7 @@ fn in_all_formats() -> (IndexedMesh, Vec<(&'static str, Vec<u8>)>) {
         ("b.STL", Vec::new()),
     ];
     write_ply(&mesh, Precision::Float64, &mut files[3].1).unwrap();
-    write_obj(&mesh, &mut files[4].1).unwrap();
+    write_obj(&mesh, Precision::Float64, &mut files[4].1).unwrap();
     write_stl(&mesh, &mut files[5].1).unwrap();
     (mesh, files)
 }
@@ -111,21 +111,81 @@ fn simplify_to_stl_warns_in_json_too() {
     assert_eq!(triangles(&folder.read("small.STL")).len(), 100);
 }
 
+/// A binary STL file of two facets that tells of so many.
+fn stl_of(told: u8) -> Vec<u8> {
+    let facet = |z: f32| {
+        let numbers = [0.0, 0.0, 0.0, 0.0, 0.0, z, 1.0, 0.0, z, 0.0, 1.0, z];
+        [&numbers.map(f32::to_le_bytes).concat()[..], &[0, 0]].concat()
+    };
+    [&[b' '; 80][..], &[told, 0, 0, 0], &facet(0.0), &facet(1.0)].concat()
+}
+
+#[test]
+fn counts_that_are_not_those_of_the_length() {
+    let folder = Folder::new();
+    for (told, fault) in [(0, "byte 80: "), (1, "byte 80: "), (3, "byte 184: the file ends early: ")] {
+        folder.write("a.stl", stl_of(told));
+        let counts = format!("the header tells of {told} facets, 2 are there by the file's length");
+        folder
+            .run("encode a.stl -o x.uwm")
+            .failed(1, &format!("a.stl: {fault}{counts}; --force reads what is there"));
+        assert_eq!(folder.list(), ["a.stl"]);
+        folder.run("encode a.stl -o x.uwm --exact --force -q").succeeded();
+        folder.run("verify x.uwm a.stl -q").succeeded();
+        folder.run("decode x.uwm -o x.ply -q").succeeded();
+        assert_eq!(folder.read("x.ply").triangles.len(), 2);
+        for name in ["x.uwm", "x.ply"] {
+            std::fs::remove_file(folder.path(name)).unwrap();
+        }
+    }
+    // Force mends no coordinate, and is not named where it would not help.
+    let mut broken = stl_of(1);
+    broken[84 + 12..84 + 16].copy_from_slice(&f32::NAN.to_le_bytes());
+    folder.write("a.stl", broken);
+    let run = folder.run("encode a.stl -o x.uwm");
+    assert!(run.code == 1 && !run.err.contains("--force"), "{}", run.err);
+    let run = folder.run("encode a.stl -o x.uwm --force");
+    assert!(run.err.contains("x of corner 1 of facet 1 is NaN"), "{}", run.err);
+}
+
+#[test]
+fn what_a_compressed_file_inflates_to_is_limited_everywhere() {
+    let folder = Folder::with_sphere();
+    let mut bomb = GzEncoder::new(Vec::new(), Compression::best());
+    bomb.write_all(b"v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n#").unwrap();
+    bomb.write_all(&vec![b' '; 8 << 20]).unwrap();
+    folder.write("bomb.obj.gz", bomb.finish().unwrap());
+    let limit = "bomb.obj.gz: limit reached: inflated size in bytes needs 4194305, allowed 4194304 (--max-memory allows more)";
+    for command in [
+        "encode bomb.obj.gz -o x.uwm",
+        "simplify bomb.obj.gz -o x.ply --faces 1",
+        "verify sphere.uwm bomb.obj.gz -q",
+        "view bomb.obj.gz -o x.png",
+        "measure bomb.obj.gz sphere.ply",
+        "measure sphere.ply bomb.obj.gz",
+    ] {
+        folder.run(&format!("{command} --max-memory 4M")).failed(1, limit);
+    }
+    folder.run("encode bomb.obj.gz -o x.uwm --max-memory 64M -q").succeeded();
+}
+
 #[test]
 fn what_is_no_mesh_is_refused_at_its_place() {
     let folder = Folder::new();
     let none = "the content is of no known format: PLY, OBJ, STL, OFF";
     folder.write("model.glb", b"glTF\x02\0\0\0");
-    folder.run("encode model.glb -o x.uwm").failed(1, &format!("model.glb: {none}"));
+    let glb = "byte 0: this is a binary glTF file; PLY, OBJ, STL and OFF are read";
+    folder.run("encode model.glb -o x.uwm").failed(1, &format!("model.glb: {glb}"));
     folder.run_with("encode - -o x.uwm", b"\0\0").failed(1, &format!("standard input: {none}"));
-    folder.write("short.stl", [b' '; 90]);
-    let early = "byte 84: the file ends early: the header tells of 538976288 facets, 0 are there";
+    folder.write("short.stl", [&[0; 80][..], &[7, 0, 0, 0], &[0; 6]].concat());
+    let early =
+        "byte 84: the file ends early: the header tells of 7 facets, 0 are there by the file's length";
     folder.run("encode short.stl -o x.uwm").failed(1, &format!("short.stl: {early}"));
     folder.write("far.off", "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 3\n");
     let range = "line 6: vertex index 3 is out of range: the file has 3 vertices (faces)";
     folder.run("encode far.off -o x.uwm").failed(1, &format!("far.off: {range}"));
     folder.write("wrong.stl", "v 0 0 0\n");
-    let not = "byte 0: not an STL file: neither `solid` nor a binary header of 84 bytes";
+    let not = "line 1: not an STL file: text that does not begin with `solid`";
     folder.run("encode wrong.stl -o x.uwm").failed(1, &format!("wrong.stl: {not}"));
     let run = folder.run("decode x.uwm -o x.off");
     assert_eq!(run.code, 2);

@@ -5,22 +5,25 @@
 
 use std::collections::BTreeSet;
 use std::future::Future;
+use std::io;
 use std::ops::Range;
 use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use bytes::Bytes;
 use futures_util::stream::{BoxStream, Stream, StreamExt, try_unfold};
-use object_store::local::LocalFileSystem;
 use object_store::path::Path;
 use object_store::{GetOptions, GetRange, ObjectMeta, ObjectStore};
 use prometheus_client::metrics::counter::Counter;
 
 use crate::error::{Error, Result};
 use cache::Cache;
+use folder::Folder;
 
 mod cache;
 mod file;
+mod folder;
+mod index;
 
 /// What went wrong with a store.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -31,11 +34,11 @@ pub enum Fault {
     /// Something else lies under this name by now.
     #[error("the mesh was replaced while it was read")]
     Changed,
-    /// The store will not give it, however often it is asked.
-    #[error("the store refuses: {0}")]
+    /// The store will not give it, however often it is asked. Why is for the operator: it may tell paths and addresses.
+    #[error("the store refuses")]
     Refused(String),
-    /// The store failed, and failed again when asked anew.
-    #[error("the store fails: {0}")]
+    /// The store failed, and failed again when asked anew. Why is for the operator, too.
+    #[error("the store fails")]
     Unavailable(String),
 }
 
@@ -53,12 +56,16 @@ pub struct Version {
 /// A place of meshes; a clone is the same place.
 #[derive(Clone, Debug)]
 pub struct Store {
-    inner: Arc<dyn ObjectStore>,
-    /// The same, where it is a folder: its files are opened here.
-    folder: Option<Arc<LocalFileSystem>>,
-    prefix: Path,
+    place: Place,
     retries: Counter,
     cache: Arc<Cache>,
+}
+
+#[derive(Clone, Debug)]
+enum Place {
+    Folder(Folder),
+    /// What is below a path.
+    Remote(Arc<dyn ObjectStore>, Path),
 }
 
 /// One version of a mesh, to be read from.
@@ -69,35 +76,49 @@ pub struct Object {
     source: Source,
 }
 
+/// An object of a store elsewhere.
+#[derive(Clone, Debug)]
+struct Remote {
+    store: Store,
+    inner: Arc<dyn ObjectStore>,
+    path: Path,
+}
+
 #[derive(Clone, Debug)]
 enum Source {
     /// An open file: it stays the same when another takes over its name.
     File(Arc<file::Open>),
-    Remote(Store, Path),
+    Remote(Remote),
 }
 
 impl Store {
-    /// The meshes of a folder, or of the URL of an object store; credentials come from the environment.
+    /// The meshes of a folder, the one of a `.uwm` file, or those at the URL of an object store; credentials come from the environment.
+    /// Links that lead out of a folder lead nowhere, unless [`Store::with_links`] lets them.
     ///
     /// # Errors
-    /// [`Error::Parameter`] where the location is no folder and no such URL; [`Error::Io`] where the folder cannot be read.
+    /// [`Error::Parameter`] where the location is none of them; [`Error::Io`] where it cannot be read.
     pub fn open(location: &str) -> Result<Self> {
         if location.contains("://") {
             return Self::of_url(location);
         }
-        if !std::fs::metadata(location)?.is_dir() {
-            return Err(Error::Parameter("not a folder".to_owned()));
-        }
-        let folder =
-            LocalFileSystem::new_with_prefix(location).map_err(|e| Error::Parameter(e.to_string()))?;
-        let folder = Arc::new(folder);
-        Ok(Self { folder: Some(folder.clone()), ..Self::over(folder) })
+        Ok(Self::of(Place::Folder(Folder::new(location)?)))
     }
 
     /// The meshes of any object store.
     pub fn over(inner: Arc<dyn ObjectStore>) -> Self {
-        let cache = Arc::new(Cache::new(CACHE_BYTES));
-        Self { inner, folder: None, prefix: Path::default(), retries: Counter::default(), cache }
+        Self::of(Place::Remote(inner, Path::default()))
+    }
+
+    fn of(place: Place) -> Self {
+        Self { place, retries: Counter::default(), cache: Arc::new(Cache::new(CACHE_BYTES)) }
+    }
+
+    /// The same, where links in a folder may lead out of it.
+    pub fn with_links(self) -> Self {
+        match self.place {
+            Place::Folder(folder) => Self { place: Place::Folder(folder.with_links()), ..self },
+            Place::Remote(..) => self,
+        }
     }
 
     /// The same with so many bytes of memory, instead of [`CACHE_BYTES`], for parts of files that are often wanted.
@@ -120,7 +141,7 @@ impl Store {
             std::env::vars_os().filter_map(|(k, v)| Some((k.into_string().ok()?, v.into_string().ok()?)));
         let (inner, prefix) =
             object_store::parse_url_opts(&url, variables).map_err(|e| refuse(e.to_string()))?;
-        Ok(Self { prefix, ..Self::over(inner.into()) })
+        Ok(Self::of(Place::Remote(inner.into(), prefix)))
     }
 
     /// Opens the mesh of this name, which [`check_name`] has accepted.
@@ -128,58 +149,37 @@ impl Store {
     /// # Errors
     /// [`Fault`]; [`Fault::Absent`] also for a name that cannot be.
     pub async fn object(&self, name: &str) -> Result<Object, Fault> {
-        let path = self.path(name)?;
-        if let Some(folder) = &self.folder {
-            let path = folder.path_to_filesystem(&path).map_err(|_| Fault::Absent)?;
-            return file::open(&path, &self.cache);
-        }
+        check_name(name).map_err(|_| Fault::Absent)?;
+        let (inner, prefix) = match &self.place {
+            Place::Remote(inner, prefix) => (inner.clone(), prefix),
+            Place::Folder(folder) => {
+                let file = folder.file(name).map_err(fault_of)?;
+                return file::object(file, &folder.path(name), &self.cache).await;
+            }
+        };
+        let name = Path::parse(name).map_err(|_| Fault::Absent)?;
+        let path = prefix.parts().chain(name.parts()).collect();
+        let remote = Remote { store: self.clone(), inner, path };
         // It is only asked about: its bytes come when they are wanted.
-        let ask = || self.get(&path, GetOptions { head: true, ..GetOptions::default() });
+        let ask = || remote.get(GetOptions { head: true, ..GetOptions::default() });
         let got = self.patiently(ask).await?;
-        Ok(Object { version: version(&got.meta), source: Source::Remote(self.clone(), path) })
+        Ok(Object { version: version(&got.meta), source: Source::Remote(remote) })
     }
 
-    /// Up to `limit` names behind `after`, sorted, and whether there are more.
+    /// Up to `limit` names behind `after`, sorted, and whether there are more. What has no name that a mesh may have is left out.
     ///
     /// # Errors
     /// [`Fault`].
     pub async fn names(&self, after: &str, limit: usize) -> Result<(Vec<String>, bool), Fault> {
-        self.patiently(|| async {
-            let mut least = BTreeSet::new();
-            let mut more = false;
-            let mut list = self.inner.list(Some(&self.prefix));
-            while let Some(meta) = list.next().await {
-                let location = meta.map_err(fault)?.location;
-                let name = location.prefix_match(&self.prefix).map(|parts| {
-                    let parts: Vec<_> = parts.map(|part| part.as_ref().to_owned()).collect();
-                    parts.join("/")
-                });
-                let Some(name) = name.filter(|name| check_name(name).is_ok() && name.as_str() > after) else {
-                    continue;
-                };
-                least.insert(name);
-                if least.len() > limit {
-                    more = true;
-                    least.pop_last();
-                }
-            }
-            Ok((least.into_iter().collect(), more))
-        })
-        .await
+        match &self.place {
+            Place::Folder(folder) => folder.names(after, limit).await,
+            Place::Remote(inner, prefix) => self.patiently(|| listed(inner, prefix, after, limit)).await,
+        }
     }
 
     /// How often a request to the store was made again because it had failed.
     pub fn retries(&self) -> &Counter {
         &self.retries
-    }
-
-    fn path(&self, name: &str) -> Result<Path, Fault> {
-        let name = Path::parse(name).map_err(|_| Fault::Absent)?;
-        Ok(self.prefix.parts().chain(name.parts()).collect())
-    }
-
-    async fn get(&self, path: &Path, options: GetOptions) -> Result<object_store::GetResult, Fault> {
-        self.inner.get_opts(path, options).await.map_err(fault)
     }
 
     /// Asks up to [`TRIES`] times, with growing pauses, as long as the store is what fails.
@@ -246,10 +246,10 @@ impl Reading {
             return Ok(None);
         }
         let piece = match &self.object.source {
-            Source::File(file) => file.read(&self.object.version, self.range.start).await?,
-            Source::Remote(store, path) => {
-                let (store, path) = (store.clone(), path.clone());
-                self.receive(&store, &path).await?
+            Source::File(file) => file.read(self.range.start).await?,
+            Source::Remote(remote) => {
+                let remote = remote.clone();
+                self.receive(&remote).await?
             }
         };
         // A store that sends more than it was asked for.
@@ -259,9 +259,9 @@ impl Reading {
     }
 
     /// The next piece of a remote object; where the connection breaks, from another one.
-    async fn receive(&mut self, store: &Store, path: &Path) -> Result<Bytes, Fault> {
+    async fn receive(&mut self, remote: &Remote) -> Result<Bytes, Fault> {
         loop {
-            let failed = match self.attempt(store, path).await {
+            let failed = match self.attempt(remote).await {
                 Err(Fault::Unavailable(what)) => what,
                 outcome => return outcome.inspect(|_| self.failures = 0),
             };
@@ -270,16 +270,16 @@ impl Reading {
             if self.failures >= TRIES {
                 return Err(Fault::Unavailable(failed));
             }
-            store.pause(self.failures).await;
+            remote.store.pause(self.failures).await;
         }
     }
 
-    async fn attempt(&mut self, store: &Store, path: &Path) -> Result<Bytes, Fault> {
+    async fn attempt(&mut self, remote: &Remote) -> Result<Bytes, Fault> {
         let slow = |_| Fault::Unavailable(format!("no answer for {} s", MOST_WAIT.as_secs()));
         if self.open.is_none() {
             let range = Some(GetRange::Bounded(self.range.clone()));
             let options = GetOptions { range, ..GetOptions::default() };
-            let got = tokio::time::timeout(MOST_WAIT, store.get(path, options)).await.map_err(slow)??;
+            let got = tokio::time::timeout(MOST_WAIT, remote.get(options)).await.map_err(slow)??;
             if version(&got.meta) != self.object.version {
                 return Err(Fault::Changed);
             }
@@ -292,6 +292,47 @@ impl Reading {
             None => Err(Fault::Unavailable("it sent less than it was asked for".to_owned())),
         }
     }
+}
+
+impl Remote {
+    async fn get(&self, options: GetOptions) -> Result<object_store::GetResult, Fault> {
+        self.inner.get_opts(&self.path, options).await.map_err(fault)
+    }
+}
+
+/// A page of the names below a path.
+async fn listed(
+    inner: &Arc<dyn ObjectStore>,
+    prefix: &Path,
+    after: &str,
+    limit: usize,
+) -> Result<(Vec<String>, bool), Fault> {
+    let mut least = BTreeSet::new();
+    let mut more = false;
+    let mut list = inner.list(Some(prefix));
+    while let Some(meta) = list.next().await {
+        let location = match meta {
+            Ok(meta) => meta.location,
+            Err(error @ object_store::Error::InvalidPath { .. }) => {
+                tracing::warn!(?error, "left out of the list");
+                continue;
+            }
+            Err(error) => return Err(fault(error)),
+        };
+        let name = location.prefix_match(prefix).map(|parts| {
+            let parts: Vec<_> = parts.map(|part| part.as_ref().to_owned()).collect();
+            parts.join("/")
+        });
+        let Some(name) = name.filter(|name| check_name(name).is_ok() && name.as_str() > after) else {
+            continue;
+        };
+        least.insert(name);
+        if least.len() > limit {
+            more = true;
+            least.pop_last();
+        }
+    }
+    Ok((least.into_iter().collect(), more))
 }
 
 /// Sees whether `name` may be that of a mesh: parts separated by `/`, none of them empty or hidden, the last one ending in `.uwm`.
@@ -322,6 +363,19 @@ fn version(meta: &ObjectMeta) -> Version {
         tag: told.filter(fit).map_or_else(made, str::to_owned),
         bytes: meta.size,
         modified: meta.last_modified.into(),
+    }
+}
+
+/// What an error of the system means.
+fn fault_of(error: io::Error) -> Fault {
+    use io::ErrorKind as K;
+    match error.kind() {
+        K::NotFound | K::NotADirectory | K::InvalidFilename => Fault::Absent,
+        // Links that lead in a circle, which has no stable name yet.
+        #[cfg(unix)]
+        _ if error.raw_os_error() == Some(rustix::io::Errno::LOOP.raw_os_error()) => Fault::Absent,
+        K::PermissionDenied => Fault::Refused(error.to_string()),
+        _ => Fault::Unavailable(error.to_string()),
     }
 }
 

@@ -5,21 +5,22 @@ use super::failure::{Usage, note};
 use super::numbers::count;
 use super::output::say;
 use super::signals::stopped;
+use super::uwm::{DEFAULT_MEMORY, Uwm};
 use anyhow::Context;
 use clap::ValueEnum;
 use std::fs;
 use std::net::SocketAddr;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 use tracing_subscriber::filter::LevelFilter;
-use unweld::server::{Options, Server};
+use unweld::server::{Options, Origins, Server};
 use unweld::store::Store;
 
 /// Serve .uwm files over HTTP: whole, in ranges, or the atoms that lead from one level to another
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// A folder, or the URL of an object store: s3://, gs://, az://, http(s)://, memory://
+    /// A folder, a .uwm file, or the URL of an object store: s3://, gs://, az://, http(s)://, memory://
     #[arg(default_value = ".")]
     location: String,
     /// The address to listen on; port 0 takes any that is free
@@ -31,17 +32,32 @@ pub struct Args {
     /// Serve only who sends one of the tokens in this file, one a line, as `Authorization: Bearer TOKEN`
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
+    /// Let links lead out of the folder, which lead nowhere otherwise
+    #[arg(long)]
+    follow_links: bool,
+    /// Let pages of this origin, such as https://example.org, read the answers; `*` for all, `none` for none. It may be given several times
+    ///
+    /// Without it all pages may, but none where the address is a loopback one: there the browser's own pages are the only ones that are meant.
+    #[arg(long, value_name = "ORIGIN|*|none")]
+    cors: Vec<String>,
+    /// Answer to this name on a loopback address, too, such as a proxy may hand on; `*` for any. It may be given several times
+    ///
+    /// Without it requests there must be for localhost, 127.0.0.1 or [::1], with any port. On other addresses every name will do.
+    #[arg(long = "host", value_name = "NAME")]
+    hosts: Vec<String>,
     /// How long caches may keep an answer without asking again, 0 (not at all) or more
     #[arg(long, value_name = "SECONDS", default_value_t = Options::default().max_age)]
     max_age: u32,
-    /// Most connections at a time, 1 to 1,000,000
+    /// Most connections at a time, 1 to 1,000,000; where more come, those that have been idle for the longest time make room
     #[arg(long, value_name = "N", default_value_t = Options::default().connections as u32,
           value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     connections: u32,
     /// Memory for parts of files that are often wanted; 0 for none
     #[arg(long, value_name = "BYTES", default_value = "64M", value_parser = size)]
     cache: u64,
-    /// How long a connection may be idle, and a client take nothing of an answer, 1 or more
+    /// How long a connection may be idle, and half of how long a client may take nothing of an answer, 1 or more
+    ///
+    /// Systems tell of what was taken in steps of up to 128 KiB: with 30 s whoever takes 2.2 kB/s may stay.
     #[arg(long, value_name = "SECONDS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     timeout: u32,
     /// What to log, on standard error
@@ -75,7 +91,18 @@ enum Log {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let location = &args.location;
     let tokens = args.token_file.as_ref().map(tokens).transpose()?.unwrap_or_default();
+    let origins = Origins::parse(args.cors.iter().map(String::as_str));
+    let origins = origins.map_err(|what| Usage(format!("--cors {what}")))?;
+    if let Some(host) = args.hosts.iter().find(|host| host.is_empty() || host.contains([':', '/', '@', ' ']))
+    {
+        return Err(Usage(format!("--host {host}: a name without port, or *")).into());
+    }
     let store = Store::open(location).with_context(|| location.clone())?;
+    let store = if args.follow_links { store.with_links() } else { store };
+    if Path::new(location).is_file() {
+        // Whoever serves one file wants to know now whether it is one.
+        Uwm::open(Path::new(location), DEFAULT_MEMORY)?;
+    }
     let store = store.with_cache(usize::try_from(args.cache).unwrap_or(usize::MAX));
     log(args.log);
     let connections = available(args.connections as usize);
@@ -84,9 +111,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         list: !args.no_list,
         max_age: args.max_age,
         tokens,
+        origins,
+        hosts: args.hosts.clone(),
         connections,
         idle: timeout,
-        stall: timeout,
+        stall: timeout * 2,
         ..Options::default()
     };
     let runtime = tokio::runtime::Builder::new_multi_thread().enable_all().build()?;
@@ -156,9 +185,11 @@ fn log(level: Log) {
 const EXAMPLES: &str = "\
 EXAMPLES
   unweld serve coded/                                     a folder, at http://127.0.0.1:8080/
+  unweld serve bunny.uwm                                  one mesh, and the page that shows it
   unweld serve coded/ --addr 0.0.0.0:80 --log info        for everybody, with a line for each request
   unweld serve coded/ --cache 1G                          much memory for parts of files that are often wanted
   unweld serve coded/ --token-file tokens --no-list       for those who know a token and a name
+  unweld serve coded/ --cors http://localhost:5173        for the pages of a development server on this machine
   unweld serve s3://bucket/meshes                         an object store (a build with --features cloud); the
                                                           credentials are in AWS_ACCESS_KEY_ID and the like
 

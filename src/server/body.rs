@@ -72,7 +72,7 @@ impl Stream for Counted {
                 self.metrics.body_bytes.inc_by(bytes.len() as u64);
                 self.left = self.left.saturating_sub(bytes.len() as u64);
             }
-            Poll::Ready(Some(Err(fault))) => tracing::warn!(%fault, "an answer was broken off"),
+            Poll::Ready(Some(Err(fault))) => tracing::warn!(?fault, "an answer was broken off"),
             Poll::Ready(None) | Poll::Pending => {}
         }
         next

@@ -168,7 +168,10 @@ impl Query {
                 "from" => query.from = Some(number(&name, &value)?),
                 "after" if known.contains(&"limit") => query.names_after = Some(value.into_owned()),
                 "after" => query.after = Some(number(&name, &value)?),
-                "limit" => query.limit = Some(number(&name, &value)?),
+                "limit" => match number(&name, &value)? {
+                    limit @ 1..=MAX_LIST_NAMES => query.limit = Some(limit),
+                    _ => return Err(Refusal::field("limit", "is not from 1 to 1,000")),
+                },
                 _ => {
                     let goal = goal(&name, &value)?;
                     if let Some(other) = seen.iter().find(|name| GOALS.contains(&name.as_str())) {
@@ -380,6 +383,8 @@ pub fn wanted(headers: &HeaderMap, version: &Version, length: u64) -> Wanted {
 const GOALS: [&str; 4] = ["to", "max_error", "max_bytes", "faces"];
 /// Most ranges of one request.
 pub const MAX_RANGES: usize = 16;
+/// Most entries of a list.
+const MAX_LIST_NAMES: usize = 1000;
 /// Most levels that a message names.
 const MANY: usize = 32;
 

@@ -14,15 +14,17 @@ use axum::routing::get;
 use bytes::Bytes;
 use futures_util::stream::{self, StreamExt};
 use headers::{HeaderMapExt, LastModified};
+use serde::Serialize;
 use serde_json::{Value, json};
 use subtle::ConstantTimeEq;
-use tower_http::cors::{Any, CorsLayer};
 
 use super::body::{Piece, body};
 use super::decide::{self, Condition, Query, Refusal, Slice, Target, Wanted};
 use super::library::{Library, Unreadable};
 use super::metrics::{self, Metrics};
-use super::{MEDIA_TYPE, Options, page, tables};
+use super::packing::{Coding, compressed};
+use super::tables::Table;
+use super::{MEDIA_TYPE, Options, access, page};
 use crate::store::{Fault, Object, Store};
 
 /// What all requests share.
@@ -32,40 +34,36 @@ pub struct App {
     pub options: Options,
     pub metrics: Arc<Metrics>,
     library: Library,
+    /// Whether the address is one that only this machine can reach.
+    local: bool,
 }
 
 impl App {
-    pub fn new(store: Store, options: Options) -> Self {
+    pub fn new(store: Store, options: Options, local: bool) -> Self {
         let metrics = Arc::new(Metrics::new(&store));
-        Self { store, options, metrics, library: Library::new() }
+        Self { store, options, metrics, library: Library::new(), local }
     }
 }
 
 /// All routes.
 pub fn router(app: Arc<App>) -> Router {
-    let cors = CorsLayer::new()
-        .allow_origin(Any)
-        .allow_methods([Method::GET, Method::HEAD])
-        .allow_headers([
-            header::AUTHORIZATION,
-            header::RANGE,
-            header::IF_RANGE,
-            header::IF_MATCH,
-            header::IF_NONE_MATCH,
-        ])
-        .expose_headers(Any)
-        .max_age(std::time::Duration::from_secs(86_400));
     let page = page::FILES.iter().fold(Router::new(), |router, file| {
         router.route(file.path, get(async |headers: HeaderMap| file.answer(&headers)))
     });
-    page.route("/meshes", get(list))
+    let routes = page
+        .route("/meshes", get(list))
         .route("/meshes/{*rest}", get(mesh))
         .route("/openapi.json", get(description))
         .route("/metrics", get(measured))
         .route("/healthz", get(async || "ok\n"))
         .fallback(other)
-        .layer(middleware::from_fn_with_state(app.clone(), admit))
-        .layer(cors)
+        .layer(middleware::from_fn_with_state(app.clone(), admit));
+    let routes = match app.options.origins.layer(app.local) {
+        Some(cors) => routes.layer(cors),
+        None => routes,
+    };
+    routes
+        .layer(middleware::from_fn_with_state(app.clone(), called))
         .layer(middleware::from_fn_with_state(app.clone(), observe))
         .with_state(app)
 }
@@ -96,6 +94,14 @@ async fn observe(State(app): State<Arc<App>>, request: Request, next: Next) -> R
     // What was asked for is told in its encoded form: no control character comes into the log.
     tracing::info!(%method, %uri, status, seconds, "request");
     response
+}
+
+/// Lets through who calls the server by a name that it answers to.
+async fn called(State(app): State<Arc<App>>, request: Request, next: Next) -> Response {
+    match access::check_host(&request, app.local, &app.options.hosts) {
+        Ok(()) => next.run(request).await,
+        Err(refusal) => problem(refusal),
+    }
 }
 
 /// Lets through who has a token, where one is needed; anybody may ask how the server is, and for the page, which asks for the token.
@@ -133,8 +139,9 @@ async fn other() -> Response {
     problem(Refusal::new(StatusCode::NOT_FOUND, "there is nothing of this name"))
 }
 
-async fn description() -> Response {
-    ([(header::CONTENT_TYPE, "application/json")], include_str!("openapi.json")).into_response()
+async fn description(request: Request) -> Response {
+    let text = compressed(include_bytes!("openapi.json").to_vec(), Coding::asked(request.headers()));
+    ([(header::CONTENT_TYPE, "application/json")], text).into_response()
 }
 
 async fn measured(State(app): State<Arc<App>>) -> Response {
@@ -147,23 +154,42 @@ async fn list(State(app): State<Arc<App>>, request: Request) -> Result<Response,
         return Err(Refusal::new(StatusCode::NOT_FOUND, "the names of the meshes are not told here").into());
     }
     let query = Query::parse(request.uri().query(), &["after", "limit"])?;
-    let limit = query.limit.unwrap_or(LIST_NAMES).clamp(1, MAX_LIST_NAMES);
+    let limit = query.limit.unwrap_or(LIST_NAMES);
     let (names, more) = app.store.names(query.names_after.as_deref().unwrap_or(""), limit).await?;
     let next = names.last().filter(|_| more).cloned();
-    // One that cannot be read is told beside the others.
+    // One that cannot be read is told beside the others; one that has gone since its name was read is not.
     let entry = async |name: String| match table(&app, &name).await {
-        Ok(table) => table,
-        Err(unreadable) => json!({ "name": name, "error": unreadable.to_string() }),
+        Ok(table) => Some(Entry::Table(table)),
+        Err(Unreadable::Store(Fault::Absent)) => None,
+        Err(unreadable) => Some(Entry::Unreadable { name, error: told(unreadable).detail }),
     };
-    let entries: Vec<Value> = stream::iter(names).map(entry).buffered(4).collect().await;
-    let fresh = [(header::CACHE_CONTROL, "no-cache")];
-    Ok((fresh, json_of(&json!({ "meshes": entries, "next": next }))).into_response())
+    let meshes = stream::iter(names).map(entry).buffered(4).filter_map(std::future::ready).collect().await;
+    let coding = Coding::asked(request.headers());
+    // Of many levels it takes a while.
+    let text = tokio::task::spawn_blocking(move || compressed(text_of(&List { meshes, next }), coding));
+    let text = text.await.map_err(|e| Fault::Unavailable(e.to_string()))?;
+    Ok(([(header::CACHE_CONTROL, "no-cache"), (header::CONTENT_TYPE, "application/json")], text)
+        .into_response())
 }
 
-async fn table(app: &App, name: &str) -> Result<Value, Unreadable> {
+/// A page of a list.
+#[derive(Serialize)]
+struct List {
+    meshes: Vec<Entry>,
+    next: Option<String>,
+}
+
+#[derive(Serialize)]
+#[serde(untagged)]
+enum Entry {
+    Table(Table),
+    Unreadable { name: String, error: String },
+}
+
+async fn table(app: &App, name: &str) -> Result<Table, Unreadable> {
     let object = app.store.object(name).await?;
     let contents = app.library.contents(name, &object).await?;
-    Ok(tables::table(name, &object.version, &contents))
+    Ok(Table::new(name.to_owned(), &object.version, &contents))
 }
 
 async fn mesh(State(app): State<Arc<App>>, request: Request) -> Result<Response, Answered> {
@@ -218,7 +244,8 @@ async fn answer(
         Target::Refine => decide::refine(&contents, query)?,
         Target::Keyframe(level) => decide::keyframe(&contents, level)?,
         Target::Levels | Target::File => {
-            return Ok((headers, json_of(&tables::table(name, &object.version, &contents))).into_response());
+            let text = text_of(&Table::new(name.to_owned(), &object.version, &contents));
+            return Ok((headers, [(header::CONTENT_TYPE, "application/json")], text).into_response());
         }
     };
     decide::check_extent(&contents, &slice, object.version.bytes)?;
@@ -338,7 +365,7 @@ impl From<Refusal> for Answered {
 
 impl From<Fault> for Answered {
     fn from(fault: Fault) -> Self {
-        if fault == Fault::Changed { Self::Changed } else { Self::Refused(fault.into()) }
+        if fault == Fault::Changed { Self::Changed } else { Self::Refused(told(Unreadable::Store(fault))) }
     }
 }
 
@@ -346,9 +373,17 @@ impl From<Unreadable> for Answered {
     fn from(unreadable: Unreadable) -> Self {
         match unreadable {
             Unreadable::Store(fault) => fault.into(),
-            other => Self::Refused(other.into()),
+            other => Self::Refused(told(other)),
         }
     }
+}
+
+/// The refusal that this leads to. What it leaves out is told to the log: it may have paths in it that are nobody's affair.
+fn told(unreadable: Unreadable) -> Refusal {
+    if let Unreadable::Store(Fault::Refused(why) | Fault::Unavailable(why)) = &unreadable {
+        tracing::warn!(fault = %unreadable, why = ?why, "a store failed");
+    }
+    unreadable.into()
 }
 
 impl IntoResponse for Answered {
@@ -360,8 +395,9 @@ impl IntoResponse for Answered {
     }
 }
 
-fn json_of(value: &Value) -> Response {
-    ([(header::CONTENT_TYPE, "application/json")], value.to_string()).into_response()
+/// As JSON; the numbers in it are finite and its keys are text, so that nothing can go wrong.
+fn text_of(value: &impl Serialize) -> Vec<u8> {
+    serde_json::to_vec(value).unwrap_or_default()
 }
 
 /// An error as RFC 9457 has it.
@@ -386,4 +422,3 @@ fn problem(refusal: Refusal) -> Response {
 /// Between the parts of an answer of several ranges. No part is searched for it: each tells its length.
 const BOUNDARY: &str = "unweld-3f6b0c5e9a1d47f28e";
 const LIST_NAMES: usize = 100;
-const MAX_LIST_NAMES: usize = 1000;

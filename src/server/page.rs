@@ -4,6 +4,8 @@ use axum::http::{HeaderMap, HeaderValue, StatusCode, header};
 use axum::response::{IntoResponse, Response};
 use headers::{ETag, HeaderMapExt, IfNoneMatch};
 
+use super::packing::accepts;
+
 /// A file of the page.
 #[derive(Debug)]
 pub struct File {
@@ -44,7 +46,7 @@ pub fn has(path: &str) -> bool {
 impl File {
     /// The answer to a request with these headers: compressed where the client can read that, 304 where it has the file.
     pub fn answer(&self, request: &HeaderMap) -> Response {
-        let (suffix, content) = match takes_brotli(request) {
+        let (suffix, content) = match accepts(request, "br") {
             true => ("-br", self.brotli),
             false => ("", self.plain),
         };
@@ -79,18 +81,9 @@ impl File {
     }
 }
 
-fn takes_brotli(request: &HeaderMap) -> bool {
-    let accepted = request.get_all(header::ACCEPT_ENCODING);
-    accepted.iter().filter_map(|value| value.to_str().ok()).flat_map(|value| value.split(',')).any(|coding| {
-        let (name, weight) = coding.split_once(';').unwrap_or((coding, ""));
-        name.trim().eq_ignore_ascii_case("br")
-            && weight.trim().trim_start_matches("q=").parse() != Ok(0.0_f32)
-    })
-}
-
-/// What the page may load: its own files, and meshes from anywhere.
+/// What the page may load: its own files, and meshes from anywhere. No page from elsewhere may show it in a frame: it asks for tokens.
 const POLICY: &str = "default-src 'self'; script-src 'self' 'wasm-unsafe-eval'; img-src 'self' data:; connect-src * data: blob:; \
-                      object-src 'none'; base-uri 'none'; form-action 'none'";
+                      object-src 'none'; base-uri 'none'; form-action 'none'; frame-ancestors 'self'";
 
 #[cfg(test)]
 mod tests {
@@ -98,17 +91,6 @@ mod tests {
 
     fn accepting(codings: &'static str) -> HeaderMap {
         HeaderMap::from_iter([(header::ACCEPT_ENCODING, HeaderValue::from_static(codings))])
-    }
-
-    #[test]
-    fn brotli_is_for_who_asks_for_it() {
-        for codings in ["br", "gzip, deflate, br", "gzip;q=0.5,BR;q=1.0", "br;q=0.1"] {
-            assert!(takes_brotli(&accepting(codings)), "{codings}");
-        }
-        for codings in ["", "gzip", "br;q=0", "br; q=0.000", "brotli"] {
-            assert!(!takes_brotli(&accepting(codings)), "{codings}");
-        }
-        assert!(!takes_brotli(&HeaderMap::new()));
     }
 
     #[test]

@@ -1,45 +1,89 @@
 //! Levels as JSON.
 
-use serde_json::{Value, json};
+use serde::Serialize;
 
 use crate::container::Contents;
 use crate::store::Version;
 
 /// What a client wants to know of a version before it asks for atoms (spec §12.3).
-pub fn table(name: &str, version: &Version, contents: &Contents) -> Value {
-    let header = &contents.header;
-    let levels: Vec<Value> = (0..header.level_count).rev().filter_map(|j| level(contents, j)).collect();
-    let residue = contents.bytes(contents.residue());
-    json!({
-        "name": name,
-        "version": version.tag,
-        "bytes": version.bytes,
-        "head_bytes": header.table_end(),
-        "vertices": header.vertices,
-        "triangles": header.triangles,
-        "origin": header.lattice.origin,
-        "far_corner": header.far_corner(),
-        "bits": header.lattice.bits,
-        "atoms": contents.atoms.len(),
-        "residue_bytes": residue.end - residue.start,
-        "levels": levels,
-    })
+#[derive(Debug, Serialize)]
+pub struct Table {
+    name: String,
+    version: String,
+    bytes: u64,
+    head_bytes: u64,
+    vertices: u32,
+    triangles: u32,
+    origin: [f64; 3],
+    far_corner: [f64; 3],
+    bits: u32,
+    atoms: usize,
+    residue_bytes: u64,
+    levels: Vec<Row>,
 }
 
-fn level(contents: &Contents, j: u32) -> Option<Value> {
-    let level = contents.level(j)?;
-    let bytes = contents.bytes(contents.steps(j));
-    let keyframe = contents.keyframe(j).map(|atoms| contents.bytes(atoms));
-    Some(json!({
-        "level": j,
-        "vertices": level.vertices,
-        "triangles": level.triangles,
-        "precision": level.precision,
-        "max_error": level.max_error,
-        "rms_error": level.rms_error,
-        "offset": bytes.start,
-        "bytes": bytes.end - bytes.start,
-        "atoms": [contents.steps(j).start, contents.steps(j).end],
-        "keyframe": keyframe.map(|bytes| json!({ "offset": bytes.start, "bytes": bytes.end - bytes.start })),
-    }))
+#[derive(Debug, Serialize)]
+struct Row {
+    level: u32,
+    vertices: u32,
+    triangles: u32,
+    precision: u32,
+    max_error: f64,
+    rms_error: f64,
+    offset: u64,
+    bytes: u64,
+    atoms: [usize; 2],
+    keyframe: Option<Place>,
+}
+
+#[derive(Debug, Serialize)]
+struct Place {
+    offset: u64,
+    bytes: u64,
+}
+
+impl Table {
+    /// The table of contents of the mesh of this name, in this version.
+    pub fn new(name: String, version: &Version, contents: &Contents) -> Self {
+        let header = &contents.header;
+        let residue = contents.bytes(contents.residue());
+        Self {
+            name,
+            version: version.tag.clone(),
+            bytes: version.bytes,
+            head_bytes: header.table_end(),
+            vertices: header.vertices,
+            triangles: header.triangles,
+            origin: header.lattice.origin,
+            far_corner: header.far_corner(),
+            bits: header.lattice.bits,
+            atoms: contents.atoms.len(),
+            residue_bytes: residue.end - residue.start,
+            levels: (0..header.level_count).rev().filter_map(|j| Row::new(contents, j)).collect(),
+        }
+    }
+}
+
+impl Row {
+    fn new(contents: &Contents, j: u32) -> Option<Self> {
+        let level = contents.level(j)?;
+        let atoms = contents.steps(j);
+        let place = |atoms| {
+            let bytes = contents.bytes(atoms);
+            Place { offset: bytes.start, bytes: bytes.end - bytes.start }
+        };
+        let Place { offset, bytes } = place(atoms.clone());
+        Some(Self {
+            level: j,
+            vertices: level.vertices,
+            triangles: level.triangles,
+            precision: level.precision,
+            max_error: level.max_error,
+            rms_error: level.rms_error.into(),
+            offset,
+            bytes,
+            atoms: [atoms.start, atoms.end],
+            keyframe: contents.keyframe(j).map(place),
+        })
+    }
 }

@@ -73,6 +73,55 @@ fn a_folder_and_its_versions() {
     });
 }
 
+/// Other bytes of the same length under the same name, with the same time of their last change.
+#[test]
+#[cfg(unix)]
+fn versions_that_only_their_bytes_tell_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.uwm");
+    let when = std::time::SystemTime::UNIX_EPOCH + Duration::from_secs(1_000_000_000);
+    let write = |text: &str| {
+        // In place: the file is the same one, too.
+        std::fs::write(&path, text).unwrap();
+        std::fs::File::options().write(true).open(&path).unwrap().set_modified(when).unwrap();
+    };
+    run(async {
+        // Nothing is known from before.
+        let store = Store::open(folder.path().to_str().unwrap()).unwrap().with_cache(0);
+        let mut tags = BTreeSet::new();
+        for k in 0..10 {
+            write(&format!("text {k}"));
+            let object = store.object("a.uwm").await.unwrap();
+            assert_eq!(object.version.modified, when);
+            assert_eq!(object.read(0..6).await.unwrap(), format!("text {k}").as_bytes());
+            assert!(tags.insert(object.version.tag), "written at once after it was read");
+        }
+        // One that is open sees it as well.
+        let object = store.object("a.uwm").await.unwrap();
+        write("other");
+        write("text z");
+        assert_eq!(object.read(0..6).await, Err(Fault::Changed));
+    });
+}
+
+#[test]
+fn one_file_is_a_place() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["a.uwm", "b.uwm", "c.txt"] {
+        std::fs::write(folder.path().join(name), name).unwrap();
+    }
+    run(async {
+        let store = Store::open(folder.path().join("b.uwm").to_str().unwrap()).unwrap();
+        assert_eq!(store.names("", 9).await, Ok((vec!["b.uwm".to_owned()], false)));
+        assert_eq!(store.names("b.uwm", 9).await, Ok((vec![], false)));
+        assert_eq!(store.object("b.uwm").await.unwrap().read(0..5).await.unwrap(), b"b.uwm");
+        assert_eq!(store.object("a.uwm").await.unwrap_err(), Fault::Absent);
+        // Another file that takes its place is the mesh from then on.
+        std::fs::rename(folder.path().join("a.uwm"), folder.path().join("b.uwm")).unwrap();
+        assert_eq!(store.object("b.uwm").await.unwrap().read(0..5).await.unwrap(), b"a.uwm");
+    });
+}
+
 #[test]
 fn an_object_store_and_its_versions() {
     run(async {
@@ -93,7 +142,7 @@ fn an_object_store_and_its_versions() {
 #[test]
 fn places_that_are_none() {
     for (location, what) in [
-        ("Cargo.toml", "not a folder"),
+        ("Cargo.toml", "neither a folder nor a .uwm file"),
         ("nowhere/at/all", "No such file or directory (os error 2)"),
         ("what://ever", "what:// wants a build with --features cloud"),
     ] {

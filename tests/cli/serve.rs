@@ -26,7 +26,7 @@ pub fn started_with(folder: &Folder, arguments: &str, variables: &[(&str, &str)]
 
 pub fn get(address: &str, path: &str, line: &str) -> Vec<u8> {
     let mut stream = TcpStream::connect(address).unwrap();
-    write!(stream, "GET {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n{line}\r\n").unwrap();
+    write!(stream, "GET {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n{line}\r\n").unwrap();
     let mut answer = Vec::new();
     stream.read_to_end(&mut answer).unwrap();
     answer
@@ -52,6 +52,58 @@ fn it_serves_until_it_is_told_to_stop() {
     assert!(!log.contains("two"), "tokens are not logged");
 }
 
+/// One file: it is listed alone, so that the page shows it.
+#[test]
+fn one_file() {
+    let folder = Folder::with_sphere();
+    let file = folder.bytes("sphere.uwm");
+    std::fs::write(folder.path("other.uwm"), &file).unwrap();
+    let (mut child, address) = started(&folder, "sphere.uwm");
+    let text = |path: &str| String::from_utf8_lossy(&get(&address, path, "")).into_owned();
+    let list = text("/meshes");
+    let list: serde_json::Value = serde_json::from_str(list.split("\r\n\r\n").nth(1).unwrap()).unwrap();
+    let names: Vec<_> = list["meshes"].as_array().unwrap().iter().map(|mesh| mesh["name"].clone()).collect();
+    assert_eq!((names, &list["next"]), (vec!["sphere.uwm".into()], &serde_json::Value::Null));
+    assert!(get(&address, "/meshes/sphere.uwm", "").ends_with(&file));
+    assert!(text("/meshes/other.uwm").starts_with("HTTP/1.1 404 "));
+    assert!(text("/meshes/sphere.ply").starts_with("HTTP/1.1 404 "));
+    assert!(text("/").contains("viewer.js"));
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
+/// What the options say arrives at the server.
+#[test]
+#[cfg(unix)]
+fn links_origins_and_hosts() {
+    let folder = Folder::with_sphere();
+    std::fs::create_dir(folder.path("in")).unwrap();
+    std::os::unix::fs::symlink("../sphere.uwm", folder.path("in/out.uwm")).unwrap();
+    let origin = "Origin: http://localhost:5173\r\n";
+    for (arguments, link, allowed) in [
+        ("in", "404", false),
+        ("in --follow-links --cors http://localhost:5173 --cors https://x.example", "200", true),
+    ] {
+        let (mut child, address) = started(&folder, arguments);
+        let answer = String::from_utf8_lossy(&get(&address, "/meshes/out.uwm", origin)).into_owned();
+        assert!(answer.starts_with(&format!("HTTP/1.1 {link} ")), "{answer}");
+        let told = answer.contains("access-control-allow-origin: http://localhost:5173\r\n");
+        assert_eq!(told, allowed, "{answer}");
+        child.kill().unwrap();
+        child.wait().unwrap();
+    }
+    let (mut child, address) = started(&folder, "in --host meshes.example");
+    for (host, status) in [("meshes.example", "200"), ("evil.example", "421")] {
+        let mut stream = TcpStream::connect(&address).unwrap();
+        write!(stream, "GET /meshes HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        assert!(answer.starts_with(&format!("HTTP/1.1 {status} ")), "{answer}");
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+}
+
 #[test]
 fn what_cannot_be_served() {
     let folder = Folder::new();
@@ -59,7 +111,20 @@ fn what_cannot_be_served() {
     folder.write("odd", "good\nä\n");
     folder.write("file.uwm", "x");
     folder.run("serve nowhere").failed(1, "nowhere: No such file or directory (os error 2)");
-    folder.run("serve file.uwm").failed(1, "file.uwm: not a folder");
+    folder.write("file.txt", "x");
+    folder.run("serve file.txt").failed(1, "file.txt: neither a folder nor a .uwm file");
+    folder.run("serve file.uwm").failed(1, "file.uwm: byte 0: not a .uwm file (spec §3.2)");
+    for (arguments, what) in [
+        (
+            "--cors example.org",
+            "--cors example.org: no origin; one is like https://example.org or http://localhost:5173",
+        ),
+        ("--cors * --cors http://a.example", "--cors * stands alone"),
+        ("--host localhost:8080", "--host localhost:8080: a name without port, or *"),
+    ] {
+        let run = folder.run(&format!("serve . {arguments}"));
+        assert!(run.code == 2 && run.err.contains(what), "{}", run.err);
+    }
     folder.run("serve . --token-file none").failed(1, "none: No such file or directory (os error 2)");
     let odd = "odd: line 2: a token has letters, digits and signs of ASCII only";
     folder.run("serve . --token-file odd").failed(1, odd);
@@ -80,7 +145,7 @@ fn killed_and_started_again() {
     let file = folder.bytes("sphere.uwm");
     let (mut child, address) = started(&folder, ".");
     let mut stream = TcpStream::connect(&address).unwrap();
-    stream.write_all(b"GET /meshes/sphere.uwm HTTP/1.1\r\nHost: here\r\n\r\n").unwrap();
+    stream.write_all(b"GET /meshes/sphere.uwm HTTP/1.1\r\nHost: localhost\r\n\r\n").unwrap();
     let mut begun = vec![0; 1000];
     stream.read_exact(&mut begun).unwrap();
     // SIGKILL.

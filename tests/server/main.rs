@@ -5,6 +5,7 @@ mod access;
 mod answers;
 mod clients;
 mod described;
+mod lists;
 mod refine;
 mod stores;
 
@@ -40,13 +41,18 @@ struct Answer {
 
 impl Served {
     fn of(store: Store, options: Options) -> Self {
+        Self::at("127.0.0.1:0", store, options)
+    }
+
+    fn at(address: &str, store: Store, options: Options) -> Self {
+        let wanted: SocketAddr = address.parse().unwrap();
         let (stop, stopped) = oneshot::channel::<()>();
         let (told, address) = std::sync::mpsc::channel();
         let thread = std::thread::spawn(move || {
             let runtime =
                 tokio::runtime::Builder::new_multi_thread().worker_threads(2).enable_all().build().unwrap();
             runtime.block_on(async {
-                let server = Server::bind("127.0.0.1:0".parse().unwrap(), store, options).await.unwrap();
+                let server = Server::bind(wanted, store, options).await.unwrap();
                 told.send(server.address().unwrap()).unwrap();
                 server.run(async { drop(stopped.await) }).await;
             });
@@ -62,7 +68,8 @@ impl Served {
     fn ask(&self, method: &str, path: &str, lines: &[&str]) -> Answer {
         let mut stream = self.connect();
         let lines: String = lines.iter().map(|line| format!("{line}\r\n")).collect();
-        write!(stream, "{method} {path} HTTP/1.1\r\nHost: here\r\nConnection: close\r\n{lines}\r\n").unwrap();
+        write!(stream, "{method} {path} HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n{lines}\r\n")
+            .unwrap();
         Answer::read(&mut stream)
     }
 

@@ -36,7 +36,7 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { want: Want::All, relative: false, undo: false, jumps: false }
+        Self { want: Want::default(), relative: false, undo: false, jumps: false }
     }
 }
 

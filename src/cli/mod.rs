@@ -18,6 +18,7 @@ mod original;
 mod output;
 mod page;
 mod progress;
+mod quality;
 mod serve;
 mod simplify;
 mod triangles;
@@ -76,7 +77,7 @@ EXAMPLES
   unweld demo                                  see what it does
   unweld encode bunny.ply -o bunny.uwm         simplify and code
   unweld decode bunny.uwm -o bunny.obj         everything back
-  unweld decode bunny.uwm -o - --faces 5000    a coarser mesh, as PLY on standard output
+  unweld decode bunny.uwm -o - --triangles 5000    a coarser mesh, as PLY on standard output
   unweld info bunny.uwm                        its levels, their bytes and errors
   unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
   unweld measure bunny.ply small.ply           how far are they from each other?

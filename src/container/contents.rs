@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::header::Header;
+use super::want::Measure;
 use crate::error::FormatError;
 
 /// One level of detail; numbers run from the base down to 0, the finest.
@@ -18,6 +19,16 @@ pub struct Level {
     pub max_error: f64,
     /// Root mean square distance from the input's surface, in the units of the input; finite.
     pub rms_error: f32,
+}
+
+impl Level {
+    /// One of its errors, in the units of the input.
+    pub fn error(&self, measure: Measure) -> f64 {
+        match measure {
+            Measure::Max => self.max_error,
+            Measure::Rms => self.rms_error.into(),
+        }
+    }
 }
 
 /// What an atom holds.
@@ -154,6 +165,12 @@ impl Contents {
     /// Level `j`, or `None` where the file has no such level.
     pub fn level(&self, j: u32) -> Option<&Level> {
         self.levels.get(j as usize)
+    }
+
+    /// The coarsest level with at most this error, in the units of the input; level 0, where none is so close.
+    pub fn level_within(&self, measure: Measure, most: f64) -> u32 {
+        let close = |level: &Level| level.error(measure) <= most;
+        self.levels.iter().rposition(close).unwrap_or(0) as u32
     }
 
     /// The atoms that lead from level `j + 1` to level `j`: precision, then refinement; at the base, its own.

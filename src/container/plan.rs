@@ -3,21 +3,7 @@
 use std::ops::Range;
 
 use super::contents::{AtomKind, Contents};
-
-/// A wanted quality.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Want {
-    /// All of this level; the base, where the file has none so coarse.
-    Level(u32),
-    /// As much as possible with at most so many triangles.
-    MaxTriangles(u32),
-    /// The coarsest level with at most this error, in the units of the input; level 0, where none is so close.
-    MaxError(f64),
-    /// As many atoms as fit into so many bytes, header and table included.
-    PrefixBytes(u64),
-    /// Level 0, residue, correction, order and metadata.
-    All,
-}
+use super::want::Want;
 
 /// Consecutive atoms and the bytes they take.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -67,18 +53,15 @@ pub fn plan(contents: &Contents, want: Want) -> Plan {
     let all = atoms.iter().position(|atom| atom.kind == AtomKind::Keyframe).unwrap_or(atoms.len());
     let end = match want {
         Want::Level(j) => contents.steps(j.min(base)).end,
-        Want::MaxTriangles(most) => {
+        Want::Triangles(most) => {
             let sequence = &atoms[..level_0];
             let few = sequence.partition_point(|atom| atom.triangles_after <= most);
             let reached = sequence[few.max(least) - 1].triangles_after;
             let before = sequence.partition_point(|atom| atom.triangles_after < reached);
             (before + 1).max(least)
         }
-        Want::MaxError(most) => {
-            let close = |&j: &u32| contents.levels[j as usize].max_error <= most;
-            contents.steps((0..=base).rev().find(close).unwrap_or(0)).end
-        }
-        Want::PrefixBytes(most) => atoms[..all].partition_point(|atom| atom.end() <= most).max(least),
+        Want::Error(measure, most) => contents.steps(contents.level_within(measure, most)).end,
+        Want::Bytes(most) => atoms[..all].partition_point(|atom| atom.end() <= most).max(least),
         Want::All => all,
     };
     let level = (0..=base).find(|&j| contents.steps(j).start < end).unwrap_or(base);
@@ -121,7 +104,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::container::testing;
+    use crate::container::{Measure, testing};
 
     /// Base of 6 triangles; level 1 adds 2 + 4, level 0 adds 8; keyframe of level 1.
     fn contents() -> Contents {
@@ -138,22 +121,22 @@ mod tests {
         assert_eq!(reached(Want::Level(9)), (2, true, 6));
         assert_eq!(reached(Want::Level(1)), (1, true, 12));
         assert_eq!(reached(Want::Level(0)), (0, true, 20));
-        assert_eq!(reached(Want::MaxTriangles(0)), (2, true, 6));
-        assert_eq!(reached(Want::MaxTriangles(7)), (2, true, 6), "precision alone is not worth it");
-        assert_eq!(reached(Want::MaxTriangles(11)), (1, false, 8));
-        assert_eq!(reached(Want::MaxTriangles(12)), (1, true, 12));
-        assert_eq!(reached(Want::MaxTriangles(u32::MAX)), (0, true, 20));
-        assert_eq!(reached(Want::MaxError(0.5)), (2, true, 6));
-        assert_eq!(reached(Want::MaxError(0.3)), (1, true, 12));
-        assert_eq!(reached(Want::MaxError(0.0)), (0, true, 20));
-        assert_eq!(reached(Want::MaxError(f64::NAN)), (0, true, 20));
-        assert_eq!(reached(Want::PrefixBytes(0)), (2, true, 6));
+        assert_eq!(reached(Want::Triangles(0)), (2, true, 6));
+        assert_eq!(reached(Want::Triangles(7)), (2, true, 6), "precision alone is not worth it");
+        assert_eq!(reached(Want::Triangles(11)), (1, false, 8));
+        assert_eq!(reached(Want::Triangles(12)), (1, true, 12));
+        assert_eq!(reached(Want::Triangles(u32::MAX)), (0, true, 20));
+        assert_eq!(reached(Want::Error(Measure::Max, 0.5)), (2, true, 6));
+        assert_eq!(reached(Want::Error(Measure::Max, 0.3)), (1, true, 12));
+        assert_eq!(reached(Want::Error(Measure::Max, 0.0)), (0, true, 20));
+        assert_eq!(reached(Want::Error(Measure::Max, f64::NAN)), (0, true, 20));
+        assert_eq!(reached(Want::Bytes(0)), (2, true, 6));
         assert_eq!(reached(Want::All), (0, true, 20));
         assert_eq!(plan(&contents, Want::All).parts[0].atoms, 0..contents.metadata().end);
         let level_0 = plan(&contents, Want::Level(0));
         assert_eq!(level_0.end(), contents.bytes(contents.steps(0)).end);
-        assert_eq!(plan(&contents, Want::PrefixBytes(level_0.end())), level_0);
-        assert_eq!(reached(Want::PrefixBytes(level_0.end() - 1)), (0, false, 12), "precision fits");
+        assert_eq!(plan(&contents, Want::Bytes(level_0.end())), level_0);
+        assert_eq!(reached(Want::Bytes(level_0.end() - 1)), (0, false, 12), "precision fits");
     }
 
     #[test]
@@ -176,12 +159,12 @@ mod tests {
             let contents = testing::contents(&file);
             let (least, most) = (contents.header.base_triangles, contents.header.triangles);
             let wanted = n % (most + 2);
-            let by_triangles = plan(&contents, Want::MaxTriangles(wanted));
+            let by_triangles = plan(&contents, Want::Triangles(wanted));
             prop_assert!(by_triangles.triangles <= wanted.max(least));
             let more = contents.atoms[..contents.steps(0).end].iter().map(|atom| atom.triangles_after);
             prop_assert!(more.filter(|&n| n <= wanted).all(|n| n <= by_triangles.triangles));
             let budget = u64::from(n) % (contents.file_bytes() + 2);
-            let by_bytes = plan(&contents, Want::PrefixBytes(budget));
+            let by_bytes = plan(&contents, Want::Bytes(budget));
             prop_assert!(by_bytes.end() <= budget.max(contents.base_end()));
             for plan in [plan(&contents, Want::Level(j)), plan_from_keyframe(&contents, j)] {
                 let level = contents.level(plan.level).unwrap();

@@ -9,7 +9,7 @@ fn number(value: &Value) -> usize {
 }
 
 #[test]
-fn by_level_error_bytes_operations_and_faces() {
+fn by_level_error_bytes_operations_and_triangles() {
     let folder = Folder::with_sphere();
     let info = folder.info("sphere.uwm");
     let decode = |options: &str| {
@@ -23,10 +23,10 @@ fn by_level_error_bytes_operations_and_faces() {
         let by_level = decode(&format!("--level {j}"));
         assert_eq!(counted(&by_level), counts);
         for options in [
-            format!("--prefix-bytes {bytes}"),
+            format!("--max-bytes {bytes}"),
             format!("--operations {}", counts.0 - 40),
-            format!("--faces {}", counts.1),
-            format!("--faces {}", counts.1 + 1),
+            format!("--triangles {}", counts.1),
+            format!("--triangles {}", counts.1 + 1),
             format!("--level {j} --via keyframe"),
         ] {
             assert_eq!(triangles(&decode(&options)), triangles(&by_level), "{options}");
@@ -40,9 +40,9 @@ fn by_level_error_bytes_operations_and_faces() {
         assert_eq!(triangles(&decode(&format!("--error {percent}%"))), triangles(&by_error));
     }
     assert_eq!(decode("--operations 7").positions.len(), 47);
-    assert_eq!(decode("--faces 501").triangles.len(), 500);
+    assert_eq!(decode("--triangles 501").triangles.len(), 500);
     assert_eq!(triangles(&decode("--via keyframe")), triangles(&decode("")));
-    assert_eq!(triangles(&decode("--prefix-bytes 1G")), triangles(&decode("")));
+    assert_eq!(triangles(&decode("--max-bytes 1G")), triangles(&decode("")));
 }
 
 #[test]
@@ -57,7 +57,7 @@ fn what_was_reached_is_told() {
     assert!(told("--level 2").text().contains(&format!("level 2 of {base}; error at most ")));
     assert!(told("--level 2 --quiet").out.is_empty());
 
-    let run = folder.run("decode sphere.uwm -o out.obj --faces 10");
+    let run = folder.run("decode sphere.uwm -o out.obj --triangles 10");
     assert_eq!(
         (run.code, run.err.as_str()),
         (0, "unweld: sphere.uwm: the base has 76 triangles, more than 10\n")
@@ -80,8 +80,8 @@ fn out_of_range() {
         .failed(1, "sphere.uwm: there are 602 operations, 603 cannot be carried out");
     let needed = number(&levels(&info)[0]["cumulative_bytes"]);
     folder
-        .run(&format!("decode sphere.uwm -o x.ply --prefix-bytes {}", needed - 1))
-        .failed(1, &format!("sphere.uwm: the base needs {needed} bytes, {} are there", needed - 1));
+        .run(&format!("decode sphere.uwm -o x.ply --max-bytes {}", needed - 1))
+        .failed(1, &format!("sphere.uwm: the base needs {needed} bytes, --max-bytes allows {}", needed - 1));
     assert!(!folder.list().contains(&"x.ply".to_owned()));
 }
 
@@ -91,7 +91,7 @@ fn a_download_that_broke_off_gives_what_it_holds() {
     let info = folder.info("sphere.uwm");
     let level = levels(&info).iter().find(|level| level["level"] == 2).unwrap();
     folder.write("part.uwm", &folder.bytes("sphere.uwm")[..number(&level["cumulative_bytes"]) + 10]);
-    folder.run("decode part.uwm -o part.ply --prefix-bytes 1G").succeeded();
+    folder.run("decode part.uwm -o part.ply --max-bytes 1G").succeeded();
     assert_eq!(folder.read("part.ply").triangles.len(), number(&level["triangles"]));
     let run = folder.run("decode part.uwm -o whole.ply");
     assert_eq!(run.code, 1);
@@ -130,7 +130,10 @@ fn level_0_has_the_residue_where_it_fits() {
     assert_eq!(count("--via keyframe"), 82);
     assert_eq!(count("--operations 30"), 82);
     assert_eq!(count("--operations 29"), 78);
-    assert_eq!(["--faces 82", "--faces 81", "--faces 80", "--faces 79"].map(count), [82, 80, 80, 78]);
+    assert_eq!(
+        ["--triangles 82", "--triangles 81", "--triangles 80", "--triangles 79"].map(count),
+        [82, 80, 80, 78]
+    );
 }
 
 #[test]

@@ -198,8 +198,8 @@ fn a_plan_takes_its_bytes_and_no_others() {
     let plans = [
         plan(&contents, Want::Level(base)),
         plan(&contents, Want::Level(3)),
-        plan(&contents, Want::MaxTriangles(900)),
-        plan(&contents, Want::PrefixBytes(file.len() as u64 / 3)),
+        plan(&contents, Want::Triangles(900)),
+        plan(&contents, Want::Bytes(file.len() as u64 / 3)),
         plan(&contents, Want::All),
         plan_from_keyframe(&contents, 2),
         plan_from_keyframe(&contents, 0),

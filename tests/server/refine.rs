@@ -28,8 +28,9 @@ fn each_way_to_ask() {
     let finish = contents.residue().end.max(end_of(0));
     let error = contents.levels[4].max_error;
     let by_error = (0..=base).rev().find(|&j| contents.levels[j as usize].max_error <= error).unwrap();
-    let faces = contents.levels[5].triangles;
-    let by_faces = (0..end_of(0)).rev().find(|&k| contents.atoms[k].triangles_after <= faces).unwrap() + 1;
+    let triangles = contents.levels[5].triangles;
+    let by_triangles =
+        (0..end_of(0)).rev().find(|&k| contents.atoms[k].triangles_after <= triangles).unwrap() + 1;
     let length = |atoms: Range<usize>| atoms.map(|k| u64::from(contents.atoms[k].length)).sum::<u64>();
     let two = length(end_of(7)..end_of(7) + 2);
     let cases = [
@@ -42,8 +43,8 @@ fn each_way_to_ask() {
         (format!("from=7&max_error={error}"), end_of(7)..end_of(by_error)),
         ("from=7&max_error=0".to_owned(), end_of(7)..finish),
         ("from=7&max_error=1e300".to_owned(), end_of(7)..end_of(7)),
-        (format!("from=7&faces={faces}"), end_of(7)..by_faces),
-        ("from=7&faces=0".to_owned(), end_of(7)..end_of(7)),
+        (format!("from=7&triangles={triangles}"), end_of(7)..by_triangles),
+        ("from=7&triangles=0".to_owned(), end_of(7)..end_of(7)),
         (format!("from=7&max_bytes={two}"), end_of(7)..end_of(7) + 2),
         (format!("from=7&max_bytes={}", two - 1), end_of(7)..end_of(7) + 1),
         ("from=7&max_bytes=0".to_owned(), end_of(7)..end_of(7)),
@@ -144,13 +145,13 @@ fn queries_that_cannot_be() {
         ("from=3&from=3".to_owned(), "from"),
         (format!("from=3&to={beyond}"), "to"),
         ("from=3&to=4".to_owned(), "to"),
-        ("from=3&to=1&faces=100".to_owned(), "faces"),
+        ("from=3&to=1&triangles=100".to_owned(), "triangles"),
         ("from=3&max_error=0.1&max_bytes=1".to_owned(), "max_bytes"),
         ("from=3&max_error=-1".to_owned(), "max_error"),
         ("from=3&max_error=nan".to_owned(), "max_error"),
         ("from=3&max_error=inf".to_owned(), "max_error"),
         ("from=3&max_bytes=1.5".to_owned(), "max_bytes"),
-        ("from=3&faces=5000000000".to_owned(), "faces"),
+        ("from=3&triangles=5000000000".to_owned(), "triangles"),
         ("from=3&after=0".to_owned(), "after"),
         (format!("from=3&after={}", contents.atoms.len()), "after"),
         (format!("after={}", u64::MAX), "after"),

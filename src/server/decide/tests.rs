@@ -54,7 +54,7 @@ fn a_small_file_by_hand() {
     let first = contents.steps(2);
     assert_eq!(atoms("from=2"), first.end..contents.residue().end);
     assert_eq!(atoms("from=2&to=1"), contents.steps(1));
-    assert_eq!(atoms("from=2&faces=8"), contents.steps(1).start..contents.steps(1).start + 2);
+    assert_eq!(atoms("from=2&triangles=8"), contents.steps(1).start..contents.steps(1).start + 2);
     assert_eq!(atoms("from=1&max_bytes=1"), contents.steps(0).start..contents.steps(0).start + 1);
     assert_eq!(ask("from=1&max_bytes=1").unwrap().level, 1);
     assert_eq!(ask("").unwrap().bytes.start, 0);
@@ -93,13 +93,13 @@ fn the_example_of_the_specification() {
 proptest! {
     /// Whatever is asked: whole atoms, right behind those the client has, no more bytes than wanted.
     #[test]
-    fn slices_keep_their_promise(file in testing::any_file(), from in 0u32..6, to in 0u32..6, bytes in 0u64..300, faces in 0u32..60) {
+    fn slices_keep_their_promise(file in testing::any_file(), from in 0u32..6, to in 0u32..6, bytes in 0u64..300, triangles in 0u32..60) {
         let contents = testing::contents(&file);
-        let goals = [Goal::Level(to), Goal::Bytes(bytes), Goal::Faces(faces), Goal::Error(f64::from(faces))];
-        for goal in goals {
-            let query = Query { from: Some(from), goal: Some(goal), ..Query::default() };
+        let error = Want::Error(Measure::Max, triangles.into());
+        for want in [Want::Level(to), Want::Bytes(bytes), Want::Triangles(triangles), error] {
+            let query = Query { from: Some(from), want, ..Query::default() };
             let Ok(slice) = refine(&contents, &query) else {
-                prop_assert!(from > contents.base_level() || matches!(goal, Goal::Level(to) if to > from));
+                prop_assert!(from > contents.base_level() || matches!(want, Want::Level(to) if to > from));
                 continue;
             };
             let held = contents.steps(from).end;
@@ -107,18 +107,19 @@ proptest! {
             let sum: u64 = contents.atoms[slice.atoms.clone()].iter().map(|atom| u64::from(atom.length)).sum();
             prop_assert_eq!(slice.bytes.end - slice.bytes.start, sum);
             prop_assert!(slice.level <= from);
-            match goal {
-                Goal::Level(to) => prop_assert_eq!(slice.level, to),
-                Goal::Bytes(most) => prop_assert!(sum <= most),
-                Goal::Faces(most) => {
+            match want {
+                Want::Level(to) => prop_assert_eq!(slice.level, to),
+                Want::Bytes(most) => prop_assert!(sum <= most),
+                Want::Triangles(most) => {
                     let more = &contents.atoms[slice.atoms.clone()];
                     prop_assert!(more.iter().all(|atom| atom.triangles_after <= most));
                 }
                 // The client may hold a finer level than the first that is good enough.
-                Goal::Error(most) => {
+                Want::Error(_, most) => {
                     let held = &contents.levels[slice.level as usize..];
                     prop_assert!(slice.level == 0 || held.iter().any(|level| level.max_error <= most));
                 }
+                Want::All => unreachable!(),
             }
             // Asked again from where it ended, the rest follows without a gap.
             if let Some(after) = slice.atoms.end.checked_sub(1) {

@@ -6,7 +6,7 @@
 //! `unweld_…`, since Rust mangles what is not exported.
 
 use std::cell::RefCell;
-use unweld::container::Want;
+use unweld::container::{Measure, Want};
 use unweld::wasm::{Changes, Client, Settings};
 
 /// What one instance of the module holds.
@@ -141,8 +141,8 @@ impl Instance {
 fn wanted(want: u32, value: f64) -> Want {
     match want {
         1 => Want::Level(value as u32),
-        2 => Want::MaxError(value),
-        3 => Want::MaxTriangles(value as u32),
+        2 => Want::Error(Measure::Max, value),
+        3 => Want::Triangles(value as u32),
         _ => Want::All,
     }
 }

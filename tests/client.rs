@@ -1,6 +1,6 @@
 //! What a browser gets (feature `wasm`): a copy of the mesh that changes are applied to is the mesh.
 
-use unweld::container::Want;
+use unweld::container::{Level, Measure, Want, parse_contents};
 use unweld::decoder::{Options, decode};
 use unweld::encoder::{Encoder, Options as Encoding, Preview};
 use unweld::mesh::distance::{Sampling, surface_distances};
@@ -174,6 +174,22 @@ fn only_what_is_wanted() {
     assert_eq!(copy.triangles.len(), contents.level(3).unwrap().triangles as usize);
     assert_eq!(client.end(), Some(contents.bytes(contents.steps(3)).end));
     assert!(report.contains(r#""type":"end""#) && !report.contains(r#""type":"residue""#));
+}
+
+#[test]
+fn an_error_by_either_measure() {
+    let file = file(&shapes::bumpy_sphere(3, 1));
+    let contents = parse_contents(&file).unwrap().unwrap();
+    let most = contents.levels[4].max_error;
+    let coarsest = |error: fn(&Level) -> f64| contents.levels.iter().rposition(|l| error(l) <= most).unwrap();
+    let by_max = coarsest(|level| level.max_error);
+    let by_rms = coarsest(|level| level.rms_error.into());
+    assert!(by_rms > by_max, "{by_rms} {by_max}");
+    for (measure, level) in [(Measure::Max, by_max), (Measure::Rms, by_rms)] {
+        let settings = Settings { want: Want::Error(measure, most), ..Settings::default() };
+        let (_, copy, _) = follow(&file, 200, 1, settings);
+        assert_eq!(copy.triangles.len(), contents.levels[level].triangles as usize, "{measure:?}");
+    }
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! `unweld decode`: from a `.uwm` file, or as much of it as is wanted, to a foreign mesh.
 
-use super::args::{Tolerance, size};
+use super::args::{Bound, Tolerance, size};
 use super::describe::diagonal;
 use super::failure::Usage;
 use super::numbers::{count, grouped, of_diagonal, significant};
@@ -132,7 +132,7 @@ fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
         let operations = if operations == most { u64::MAX } else { operations };
         return Ok(Way { plan: None, until: Until { operations, ..Until::default() } });
     }
-    let relative = matches!(args.quality.error, Some(Tolerance::Percent(_)));
+    let relative = matches!(args.quality.error, Some(Bound { most: Tolerance::Percent(_), .. }));
     let metadata = if relative { uwm.metadata()? } else { None };
     let want = args.quality.want(&contents, || diagonal(&contents, metadata.as_ref()));
     let want = want.with_context(|| uwm.name.clone())?;
@@ -223,7 +223,8 @@ fn remark_on_error(quiet: bool, name: &str, contents: &Contents, measure: Measur
     let finest = contents.levels.first().map_or(0.0, |level| level.error(measure));
     if finest > most {
         let (finest, most) = (significant(finest, 3), significant(most, 3));
-        remark(quiet, &format!("{name}: level 0 has an error of {finest}, above the {most} wanted"));
+        let of = if measure == Measure::Rms { "an rms error" } else { "an error" };
+        remark(quiet, &format!("{name}: level 0 has {of} of {finest}, above the {most} wanted"));
     }
 }
 
@@ -235,7 +236,9 @@ pub fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
     };
     let Some(entry) = contents.level(level) else { bail!("{}: there is no level {level}", uwm.name) };
     let diagonal = diagonal(&contents, uwm.metadata().unwrap_or_default().as_ref());
-    let error = of_diagonal(entry.max_error, diagonal);
+    let [error, rms] =
+        [Measure::Max, Measure::Rms].map(|measure| of_diagonal(entry.error(measure), diagonal));
+    let error = format!("{error}, rms {rms}");
     let vertices = decoder.mesh().positions.len() as u32;
     let done = vertices.saturating_sub(entry.vertices);
     let next = level.checked_sub(1).and_then(|finer| contents.level(finer)).filter(|_| done > 0);
@@ -263,6 +266,7 @@ EXAMPLES
   unweld decode bunny.uwm -o bunny.ply
   unweld decode bunny.uwm -o bunny.obj --triangles 5000
   unweld decode bunny.uwm -o coarse.stl --error 0.5%
+  unweld decode bunny.uwm -o coarse.stl --error rms:0.1%
   unweld decode bunny.uwm -o early.ply --max-bytes 20K
   unweld decode bunny.uwm --all-levels levels/
   curl -s https://example.org/bunny.uwm | unweld decode - -o bunny.obj

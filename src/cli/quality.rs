@@ -1,7 +1,7 @@
 //! How much of a `.uwm` file is wanted: the options that commands share.
 
-use super::args::{Tolerance, size, tolerance};
-use unweld::container::{Contents, Measure, Want};
+use super::args::{Bound, Tolerance, bound, size};
+use unweld::container::{Contents, Want};
 use unweld::{Error, Result};
 
 /// How much is wanted; everything, where nothing is said.
@@ -14,9 +14,11 @@ pub struct Quality {
     /// As fine as possible with at most N triangles
     #[arg(long, visible_alias = "faces", value_name = "N")]
     pub triangles: Option<u32>,
-    /// The coarsest level with at most this error: a length, or a part of the diagonal such as 0.5%
-    #[arg(long, value_name = "E", value_parser = tolerance)]
-    pub error: Option<Tolerance>,
+    /// The coarsest level with at most this error: a length, or a part of the diagonal such as 0.5%. It bounds the largest
+    /// distance, so that nothing lies farther off; with rms: before it (rms:0.5%), the root mean square, which is often met by far
+    /// fewer bytes
+    #[arg(long, value_name = "[rms:|max:]E", value_parser = bound)]
+    pub error: Option<Bound>,
     /// What the first B bytes of the file hold, in whole atoms
     #[arg(long, visible_alias = "prefix-bytes", value_name = "B", value_parser = size)]
     pub max_bytes: Option<u64>,
@@ -36,10 +38,10 @@ impl Quality {
             }
             Self { level: Some(level), .. } => Want::Level(level),
             Self { triangles: Some(most), .. } => Want::Triangles(most),
-            Self { error: Some(Tolerance::Absolute(most)), .. } => Want::Error(Measure::Max, most),
-            Self { error: Some(Tolerance::Percent(percent)), .. } => {
-                Want::Error(Measure::Max, percent / 100.0 * diagonal())
-            }
+            Self { error: Some(Bound { measure, most }), .. } => match most {
+                Tolerance::Absolute(most) => Want::Error(measure, most),
+                Tolerance::Percent(percent) => Want::Error(measure, percent / 100.0 * diagonal()),
+            },
             Self { max_bytes: Some(most), .. } if most < least => {
                 let what = format!("the base needs {least} bytes, --max-bytes allows {most}");
                 return Err(Error::Parameter(what));

@@ -140,6 +140,20 @@ mod tests {
     }
 
     #[test]
+    fn an_error_by_either_measure() {
+        // Largest errors 1/2, 1/4, 1/10 from the base down; root mean squares 1/16, 1/32, 1/64.
+        let mut file = testing::small_file();
+        for (level, rms) in file.levels.iter_mut().zip([1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0]) {
+            level.rms_error = rms;
+        }
+        let contents = testing::contents(&file);
+        let reached = |measure, most| plan(&contents, Want::Error(measure, most)).level;
+        let most = [1.0, 0.5, 0.25, 0.0625, 0.03125, 0.03, 0.0];
+        assert_eq!(most.map(|most| reached(Measure::Max, most)), [2, 2, 1, 0, 0, 0, 0]);
+        assert_eq!(most.map(|most| reached(Measure::Rms, most)), [2, 2, 2, 2, 1, 0, 0]);
+    }
+
+    #[test]
     fn a_keyframe_shortens_the_way() {
         let contents = contents();
         let plan = plan_from_keyframe(&contents, 0);

@@ -74,7 +74,9 @@ impl Target {
     /// Names of the queries it understands.
     pub fn queries(self) -> &'static [&'static str] {
         match self {
-            Self::Refine => &["v", "from", "after", "to", "max_error", "max_bytes", "triangles", "faces"],
+            Self::Refine => {
+                &["v", "from", "after", "to", "max_error", "rms_error", "max_bytes", "triangles", "faces"]
+            }
             _ => &["v"],
         }
     }
@@ -178,6 +180,7 @@ fn want(name: &str, value: &str) -> Result<Want, Refusal> {
         "to" => Want::Level(number(name, value)?),
         "max_bytes" => Want::Bytes(number(name, value)?),
         "triangles" | "faces" => Want::Triangles(number(name, value)?),
+        "rms_error" => Want::Error(Measure::Rms, error(name, value)?),
         _ => Want::Error(Measure::Max, error(name, value)?),
     })
 }
@@ -365,7 +368,7 @@ pub fn wanted(headers: &HeaderMap, version: &Version, length: u64) -> Wanted {
     if ranges.is_empty() || total > length { Wanted::Unsatisfiable } else { Wanted::Ranges(ranges) }
 }
 
-const WANTS: [&str; 5] = ["to", "max_error", "max_bytes", "triangles", "faces"];
+const WANTS: [&str; 6] = ["to", "max_error", "rms_error", "max_bytes", "triangles", "faces"];
 /// Most ranges of one request.
 pub const MAX_RANGES: usize = 16;
 /// Most levels that a message names.

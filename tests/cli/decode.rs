@@ -39,6 +39,21 @@ fn by_level_error_bytes_operations_and_triangles() {
         let percent = level["max_error_percent"].as_f64().unwrap() * (1.0 + 1e-9);
         assert_eq!(triangles(&decode(&format!("--error {percent}%"))), triangles(&by_error));
     }
+    // By the root mean square a level is good enough that by its largest error is not.
+    let most = levels(&info).iter().find(|l| l["level"] == 3).unwrap()["max_error"].as_f64().unwrap();
+    let within = |key: &str, most: f64| {
+        let coarsest = levels(&info).iter().find(|l| l[key].as_f64().unwrap() <= most).unwrap();
+        (number(&coarsest["level"]), number(&coarsest["vertices"]))
+    };
+    let (by_max, by_rms) = (within("max_error", most), within("rms_error", most));
+    assert!(by_rms.0 > by_max.0, "{by_rms:?} {by_max:?}");
+    assert_eq!(decode(&format!("--error rms:{most}")).positions.len(), by_rms.1);
+    assert_eq!(decode(&format!("--error max:{most}")).positions.len(), by_max.1);
+    assert_eq!(
+        decode(&format!("--error {most}")).positions.len(),
+        by_max.1,
+        "what is meant where nothing is said"
+    );
     assert_eq!(decode("--operations 7").positions.len(), 47);
     assert_eq!(decode("--triangles 501").triangles.len(), 500);
     assert_eq!(triangles(&decode("--via keyframe")), triangles(&decode("")));

@@ -65,6 +65,8 @@ fn faults_of_the_arguments() {
         "decode sphere.uwm -o x.off",
         "decode sphere.uwm -o x.ply --level 1 --triangles 2",
         "decode sphere.uwm -o x.ply --error -1",
+        "decode sphere.uwm -o x.ply --error mean:1",
+        "decode sphere.uwm -o x.ply --operations 1 --error rms:1",
         "decode sphere.uwm -o x.ply --via keyframe --triangles 100",
         "decode sphere.uwm -o x.ply --via keyframe --operations 1",
         "decode sphere.uwm -o x.ply --via keyframe --max-bytes 9K",

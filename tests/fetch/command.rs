@@ -164,6 +164,16 @@ fn from_our_own_server() {
     let told: Value = serde_json::from_slice(&told.succeeded().out).unwrap();
     assert!(told["max_error"].as_f64().unwrap() <= largest && told["level"].as_u64().unwrap() >= 5);
 
+    let by_rms = fetch(&format!("-o j.uwm --error rms:{largest} --json"));
+    let by_rms: Value = serde_json::from_slice(&by_rms.succeeded().out).unwrap();
+    let coarsest = contents.levels.iter().rposition(|level| f64::from(level.rms_error) <= largest).unwrap();
+    assert_eq!(by_rms["level"], coarsest);
+    assert!(by_rms["level"].as_u64() > told["level"].as_u64(), "the measures lead to different levels");
+    let triangles = contents.levels[5].triangles;
+    fetch(&format!("-o k.ply --triangles {triangles}")).succeeded();
+    folder.run("decode a.uwm --level 5 -o l.ply").succeeded();
+    assert_eq!(folder.bytes("k.ply"), folder.bytes("l.ply"));
+
     let run = fetch("-o - --level 6");
     assert_eq!(run.succeeded().out, file[..contents.bytes(contents.steps(6)).end as usize]);
     let names = folder.list();

@@ -28,6 +28,10 @@ fn each_way_to_ask() {
     let finish = contents.residue().end.max(end_of(0));
     let error = contents.levels[4].max_error;
     let by_error = (0..=base).rev().find(|&j| contents.levels[j as usize].max_error <= error).unwrap();
+    let rms = f64::from(contents.levels[4].rms_error);
+    let by_rms =
+        (0..=base).rev().find(|&j| f64::from(contents.levels[j as usize].rms_error) <= error).unwrap();
+    assert!(by_rms > by_error && end_of(7) < end_of(4), "the measures lead to different levels");
     let triangles = contents.levels[5].triangles;
     let by_triangles =
         (0..end_of(0)).rev().find(|&k| contents.atoms[k].triangles_after <= triangles).unwrap() + 1;
@@ -41,6 +45,10 @@ fn each_way_to_ask() {
         ("from=0".to_owned(), finish..finish),
         (format!("from={base}&to={}", base - 1), end_of(base)..end_of(base - 1)),
         (format!("from=7&max_error={error}"), end_of(7)..end_of(by_error)),
+        (format!("from={base}&max_error={error}"), end_of(base)..end_of(by_error)),
+        (format!("from={base}&rms_error={error}"), end_of(base)..end_of(by_rms)),
+        (format!("from=7&rms_error={rms}"), end_of(7)..end_of(4)),
+        ("from=7&rms_error=0".to_owned(), end_of(7)..finish),
         ("from=7&max_error=0".to_owned(), end_of(7)..finish),
         ("from=7&max_error=1e300".to_owned(), end_of(7)..end_of(7)),
         (format!("from=7&triangles={triangles}"), end_of(7)..by_triangles),
@@ -147,7 +155,9 @@ fn queries_that_cannot_be() {
         ("from=3&to=4".to_owned(), "to"),
         ("from=3&to=1&triangles=100".to_owned(), "triangles"),
         ("from=3&max_error=0.1&max_bytes=1".to_owned(), "max_bytes"),
+        ("from=3&max_error=0.1&rms_error=0.1".to_owned(), "rms_error"),
         ("from=3&max_error=-1".to_owned(), "max_error"),
+        ("from=3&rms_error=-1".to_owned(), "rms_error"),
         ("from=3&max_error=nan".to_owned(), "max_error"),
         ("from=3&max_error=inf".to_owned(), "max_error"),
         ("from=3&max_bytes=1.5".to_owned(), "max_bytes"),

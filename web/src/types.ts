@@ -103,12 +103,17 @@ export interface Metadata {
   readonly diagonal: number;
 }
 
+/** Which of a level's two errors is meant: `"max"` is `maxError`, `"rms"` is `rmsError`. */
+export type Measure = "max" | "rms";
+
 /** How far to decode: all where nothing is said, or by the first of these. No byte more than that takes is decoded. */
 export interface Until {
   /** Down to this level; `Infinity` for the base alone. */
   level?: number;
   /** Down to the coarsest level with at most this error, in the units of the input. */
   error?: number;
+  /** Which error that is: the largest, where nothing is said, so that nothing lies farther off. */
+  measure?: Measure;
   /** As long as there are at most so many triangles. */
   triangles?: number;
 }

@@ -133,6 +133,12 @@ test("no more is decoded than is wanted", async () => {
   assert.ok(few.triangles <= 40 && few.triangles > 30);
   const error = contents.levels[4].maxError;
   assert.ok((await mirrorOf(sphere, { until: { error } })).last.level.maxError <= error);
+  // The same number as a root mean square is met by a coarser level.
+  const coarsest = (name) => contents.levels.findLastIndex((level) => level[name] <= error);
+  assert.ok(coarsest("rmsError") > coarsest("maxError"));
+  for (const [measure, name] of [["max", "maxError"], ["rms", "rmsError"]]) {
+    assert.equal((await mirrorOf(sphere, { until: { error, measure } })).last.level.level, coarsest(name));
+  }
 });
 
 test("levels can be shown again", async () => {

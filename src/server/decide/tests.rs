@@ -54,6 +54,12 @@ fn a_small_file_by_hand() {
     let first = contents.steps(2);
     assert_eq!(atoms("from=2"), first.end..contents.residue().end);
     assert_eq!(atoms("from=2&to=1"), contents.steps(1));
+    // Largest errors 0.5, 0.25 and 0.1; the root mean square is 0.125 everywhere.
+    assert_eq!(atoms("from=2&max_error=0.25"), contents.steps(1));
+    assert_eq!(atoms("from=2&rms_error=0.125"), first.end..first.end);
+    assert_eq!(atoms("from=2&rms_error=0.25"), first.end..first.end);
+    assert_eq!(atoms("from=2&rms_error=0.12"), atoms("from=2"));
+    assert_eq!(atoms("from=2&faces=8"), atoms("from=2&triangles=8"));
     assert_eq!(atoms("from=2&triangles=8"), contents.steps(1).start..contents.steps(1).start + 2);
     assert_eq!(atoms("from=1&max_bytes=1"), contents.steps(0).start..contents.steps(0).start + 1);
     assert_eq!(ask("from=1&max_bytes=1").unwrap().level, 1);

@@ -248,9 +248,8 @@ impl Wanted {
             _ if self.keyframe => plan_from_keyframe(contents, Until::of(want, contents).level),
             Want::Bytes(_) | Want::Triangles(_) => plan(contents, want),
             _ => match Until::of(want, contents).level {
-                0 if self.mesh => plan(contents, Want::All),
                 // Level 0 is the whole file, which any decoder takes.
-                0 => whole_file(contents),
+                0 if !self.mesh => whole_file(contents),
                 level => plan(contents, Want::Level(level)),
             },
         })

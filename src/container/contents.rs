@@ -199,10 +199,24 @@ impl Contents {
         self.order.clone()
     }
 
-    /// All atoms of what level 0 has beyond its mesh: residue, correction, order; empty where there are none.
+    /// The atoms that level `j` takes, from the first of the file: its prefix (spec §3.7). Level 0 is the whole mesh, and takes residue,
+    /// correction, order and metadata too, all but the keyframes. A level coarser than the base is taken for the base.
+    pub fn prefix(&self, j: u32) -> Range<usize> {
+        match j.min(self.base_level()) {
+            0 => {
+                0..self
+                    .atoms
+                    .iter()
+                    .position(|atom| atom.kind == AtomKind::Keyframe)
+                    .unwrap_or(self.atoms.len())
+            }
+            j => 0..self.steps(j).end,
+        }
+    }
+
+    /// What level 0 takes beyond its mesh: the end of its [prefix](Self::prefix).
     pub fn beyond_mesh(&self) -> Range<usize> {
-        let runs = [&self.residue, &self.correction, &self.order].into_iter().filter(|run| !run.is_empty());
-        runs.cloned().reduce(|all, run| all.start..run.end).unwrap_or(0..0)
+        self.steps(0).end..self.prefix(0).end
     }
 
     /// The metadata's atoms; empty where there is none.

@@ -13,15 +13,16 @@
 /// [`plan`](super::plan()) makes whole atoms of it; `decoder::Until::of` is where a decoder stops for it, to the operation.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Want {
-    /// All of this level; the base, where the file has none so coarse.
+    /// All of this level; the base, where the file has none so coarse. Level 0 is the same as [`All`](Want::All).
     Level(u32),
-    /// As much of the mesh as possible with at most so many triangles; the base, if even that has more.
+    /// As much of the mesh as possible with at most so many triangles, without the residue, whose triangles the table of contents
+    /// does not count; the base, if even that has more.
     Triangles(u32),
-    /// The coarsest level with at most this error, in the units of the input; level 0, where none is so close.
+    /// The coarsest level with at most this error, in the units of the input; level 0, all of it, where none is so close.
     Error(Measure, f64),
     /// As many atoms as fit into so many bytes, header and table included; the base, if even that has more.
     Bytes(u64),
-    /// Everything.
+    /// Level 0 with residue, correction, order and metadata: all but the keyframes. See [`Contents::prefix`](super::Contents::prefix).
     #[default]
     All,
 }

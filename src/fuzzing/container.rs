@@ -95,6 +95,7 @@ fn check_contents(contents: &Contents) {
         ];
         let plans =
             wants.map(|want| plan(contents, want)).into_iter().chain([plan_from_keyframe(contents, j)]);
+        assert!(contents.prefix(j).end <= contents.prefix(0).end);
         for plan in plans {
             assert!(plan.end() <= contents.file_bytes() && plan.byte_count() > 0);
         }

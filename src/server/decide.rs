@@ -213,7 +213,7 @@ pub struct Slice {
 /// [`Refusal`] where there is no such level or atom, or where the client holds more than it wants.
 pub fn refine(contents: &Contents, query: &Query) -> Result<Slice, Refusal> {
     let base = contents.base_level();
-    let finish = contents.steps(0).end.max(contents.residue().end);
+    let finish = contents.prefix(0).end;
     let level = |name: &str, j: u32| match j > base {
         true => Err(Refusal::field(name, format!("there is no level {j}: the base is level {base}"))),
         false => Ok(j),
@@ -237,19 +237,18 @@ pub fn refine(contents: &Contents, query: &Query) -> Result<Slice, Refusal> {
     };
     let bare = query.from.is_none() && query.after.is_none();
     let first = if bare { 0 } else { starts(contents, next) };
-    let planned = |want| plan(contents, want).parts.first().map_or(0, |part| part.atoms.end);
-    let end = match query.want {
-        Want::All | Want::Level(0) => finish,
+    let want = match query.want {
         Want::Level(j) => {
-            if let Some(from) = query.from.filter(|&from| level("to", j).is_ok() && j > from) {
+            let j = level("to", j)?;
+            if let Some(from) = query.from.filter(|&from| j > from) {
                 return Err(Refusal::field("to", format!("level {j} is coarser than level {from} of from")));
             }
-            planned(Want::Level(level("to", j)?))
+            Want::Level(j)
         }
-        Want::Error(measure, most) if contents.level_within(measure, most) == 0 => finish,
-        Want::Bytes(most) => planned(Want::Bytes(first.saturating_add(most))).min(finish),
-        want => planned(want),
+        Want::Bytes(most) => Want::Bytes(first.saturating_add(most)),
+        want => want,
     };
+    let end = plan(contents, want).parts.first().map_or(0, |part| part.atoms.end);
     let end = end.max(next);
     let complete = (0..=base).find(|&j| contents.steps(j).end <= end).unwrap_or(base);
     let last = if end > next { starts(contents, end) } else { first };

@@ -9,7 +9,10 @@ use crate::store::Version;
 pub fn table(name: &str, version: &Version, contents: &Contents) -> Value {
     let header = &contents.header;
     let levels: Vec<Value> = (0..header.level_count).rev().filter_map(|j| level(contents, j)).collect();
-    let residue = contents.bytes(contents.residue());
+    let length = |atoms| {
+        let bytes = contents.bytes(atoms);
+        bytes.end - bytes.start
+    };
     json!({
         "name": name,
         "version": version.tag,
@@ -21,7 +24,10 @@ pub fn table(name: &str, version: &Version, contents: &Contents) -> Value {
         "far_corner": header.far_corner(),
         "bits": header.lattice.bits,
         "atoms": contents.atoms.len(),
-        "residue_bytes": residue.end - residue.start,
+        "residue_bytes": length(contents.residue()),
+        "correction_bytes": length(contents.correction()),
+        "order_bytes": length(contents.order()),
+        "metadata_bytes": length(contents.metadata()),
         "levels": levels,
     })
 }
@@ -40,6 +46,7 @@ fn level(contents: &Contents, j: u32) -> Option<Value> {
         "offset": bytes.start,
         "bytes": bytes.end - bytes.start,
         "atoms": [contents.steps(j).start, contents.steps(j).end],
+        "prefix_bytes": contents.bytes(contents.prefix(j)).end,
         "keyframe": keyframe.map(|bytes| json!({ "offset": bytes.start, "bytes": bytes.end - bytes.start })),
     }))
 }

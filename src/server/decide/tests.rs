@@ -47,12 +47,19 @@ fn targets() {
 #[test]
 fn a_small_file_by_hand() {
     // Atoms: 0 optional, 1 base of level 2, 2 to 4 level 1, 5 to 7 level 0, 8 residue, 9 metadata, 10 keyframe of level 1, 11 optional;
-    // the residue is the last that a client is led to.
+    // the metadata are the last that a client is led to.
     let contents = testing::contents(&testing::small_file());
     let ask = |text: &str| refine(&contents, &Query::parse(Some(text), Target::Refine.queries()).unwrap());
     let atoms = |text: &str| ask(text).unwrap().atoms;
     let first = contents.steps(2);
-    assert_eq!(atoms("from=2"), first.end..contents.residue().end);
+    for all in ["from=2", "from=2&to=0", "from=2&max_error=0.1", "from=2&max_bytes=9999"] {
+        assert_eq!(atoms(all), 2..10, "{all}");
+    }
+    assert_eq!(
+        [atoms("from=2&triangles=99"), atoms("from=0"), atoms("after=8"), atoms("after=9")],
+        [2..8, 8..10, 9..10, 10..10]
+    );
+    assert_eq!(field(ask("after=10")), "after");
     assert_eq!(atoms("from=2&to=1"), contents.steps(1));
     // Largest errors 0.5, 0.25 and 0.1; the root mean square is 0.125 everywhere.
     assert_eq!(atoms("from=2&max_error=0.25"), contents.steps(1));
@@ -68,7 +75,7 @@ fn a_small_file_by_hand() {
     assert_eq!(keyframe(&contents, 1).unwrap().atoms, contents.keyframe(1).unwrap());
     let missing = keyframe(&contents, 0).unwrap_err();
     assert_eq!(missing.detail, "level 0 has no keyframe; there is one of level 2, 1");
-    // Without a residue level 0 is the end.
+    // Without a keyframe the end of the file is the end.
     let (levels, lattice) = (contents.levels[1..].to_vec(), contents.header.lattice);
     let mut file = FileBuilder::new(lattice, [1; 3], levels);
     file.levels[0].precision = 0;
@@ -77,7 +84,7 @@ fn a_small_file_by_hand() {
     file.atom(AtomKind::Refinement, 0, 3, 6, b"all".to_vec());
     file.payload(AtomKind::Metadata, 0, b"who");
     let all = refine(&testing::contents(&file), &Query::default()).unwrap();
-    assert_eq!((all.atoms, all.level), (0..2, 0));
+    assert_eq!((all.atoms, all.level), (0..3, 0));
 }
 
 #[test]

@@ -30,7 +30,7 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     quality: Quality,
-    /// The base and K operations
+    /// The base and K operations, 0 to the number that `info` tells
     #[arg(long, value_name = "K", conflicts_with = "Quality")]
     operations: Option<u64>,
     /// Where to start: from the base, or from the keyframe next to the wanted level

@@ -8,18 +8,18 @@ use unweld::{Error, Result};
 #[derive(Clone, Copy, Debug, clap::Args)]
 #[group(multiple = false)]
 pub struct Quality {
-    /// Level J, of which 0 is the finest
+    /// Level J, from 0, the finest, to the base's, which `info` tells
     #[arg(long, value_name = "J")]
     pub level: Option<u32>,
-    /// As fine as possible with at most N triangles
+    /// As fine as possible with at most N triangles, 0 or more; the base at least
     #[arg(long, visible_alias = "faces", value_name = "N")]
     pub triangles: Option<u32>,
-    /// The coarsest level with at most this error: a length, or a part of the diagonal such as 0.5%. It bounds the largest
+    /// The coarsest level with at most this error, 0 or more: a length, or a part of the diagonal such as 0.5%. It bounds the largest
     /// distance, so that nothing lies farther off; with rms: before it (rms:0.5%), the root mean square, which is often met by far
     /// fewer bytes
     #[arg(long, value_name = "[rms:|max:]E", value_parser = bound)]
     pub error: Option<Bound>,
-    /// What the first B bytes of the file hold, in whole atoms
+    /// What the first B bytes of the file hold, in whole atoms; those of the base at least
     #[arg(long, visible_alias = "prefix-bytes", value_name = "B", value_parser = size)]
     pub max_bytes: Option<u64>,
 }

@@ -199,7 +199,7 @@ pub fn levels(
     let finest = wanted.iter().copied().min().unwrap_or(0);
     // Level 0 takes the whole file, and all its checksums with it.
     let way = (finest > 0).then(|| plan(&contents, Want::Level(finest)));
-    let until = Until::of(Want::Level(finest), &contents);
+    let until = Until { level: finest, ..Until::default() };
     let mut meshes = BTreeMap::new();
     let decoder = uwm.decode(way.as_ref(), until, progress, &mut |decoder, event| {
         if let Event::Level { level, .. } = event

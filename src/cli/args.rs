@@ -73,13 +73,13 @@ pub struct Simplification {
     /// How the next vertex to remove is chosen
     #[arg(long, value_enum, default_value = "stellar")]
     pub method: Method,
-    /// Weight of the distance from the surface; 0.75 where not given
+    /// Weight of the distance from the surface, 0 or more; 0.75 where not given
     #[arg(long, value_name = "A", value_parser = weight)]
     pub alpha: Option<f64>,
-    /// Weight of the shape of the triangles; 0.02 where not given
+    /// Weight of the shape of the triangles, 0 or more; 0.02 where not given
     #[arg(long, value_name = "B", value_parser = weight)]
     pub beta: Option<f64>,
-    /// Random vertices that `stellar` compares
+    /// Random vertices that `stellar` compares, 1 or more
     #[arg(long, value_name = "D", default_value_t = simplify::Options::default().choices,
           value_parser = clap::value_parser!(u32).range(1..))]
     pub choices: u32,
@@ -89,7 +89,7 @@ pub struct Simplification {
     /// Which vertices of the input are one
     #[arg(long, value_enum, default_value = "exact")]
     pub weld: Weld,
-    /// Seed of the random choices
+    /// Seed of the random choices, 0 to 2^64 - 1
     #[arg(long, value_name = "S", default_value_t = 0)]
     pub seed: u64,
 }
@@ -184,6 +184,15 @@ pub fn bound(text: &str) -> Result<Bound, String> {
     Ok(Bound { measure, most })
 }
 
+/// A part of a whole, above 0 and at most 1: `0.1` or `10%`.
+pub fn part(text: &str) -> Result<f64, String> {
+    let (number, whole) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 100.0));
+    match number.parse::<f64>().map(|x| x / whole) {
+        Ok(x) if x > 0.0 && x <= 1.0 => Ok(x),
+        _ => Err("a part above 0 and at most 1, such as 0.1 or 10%".to_owned()),
+    }
+}
+
 /// A number of bytes, in units of 1024 with a suffix: `100000`, `512M`, `2G`.
 pub fn size(text: &str) -> Result<u64, String> {
     let shift = match text.bytes().last().map(|b| b.to_ascii_uppercase()) {
@@ -231,6 +240,14 @@ mod tests {
         assert_eq!(["0", "7", "2k", "512M", "3G"].map(size), [0, 7, 2048, 512 << 20, 3 << 30].map(Ok));
         for text in ["", "K", "-1", "1.5G", "1T", "99999999999G", "é"] {
             assert!(size(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn parts() {
+        assert_eq!(["1", "0.25", "100%", "25 %"].map(part), [1.0, 0.25, 1.0, 0.25].map(Ok));
+        for text in ["", "%", "0", "-0.1", "1.1", "101%", "nan", "inf"] {
+            assert!(part(text).is_err(), "{text}");
         }
     }
 

@@ -4,14 +4,16 @@ use super::args::is_stream;
 use super::describe;
 use super::encode::{self, Args, Done};
 use super::failure::{self, Usage, note};
+use super::identity::Identity;
 use super::input;
-use super::inputs::{Job, Jobs, is_folder};
+use super::inputs::{Job, Jobs, is_folder, is_mesh_name};
 use super::memory::peak;
 use super::numbers::{columns, count, grouped, memory, significant};
-use super::output::{Output, say};
+use super::output::{Output, say, would_be_lost};
 use super::progress::Bars;
 use anyhow::{Context, anyhow, bail};
 use serde_json::{Map, Value, json};
+use std::collections::HashMap;
 use std::fs;
 use std::num::NonZero;
 use std::path::{Path, PathBuf};
@@ -26,6 +28,7 @@ use std::time::Instant;
 pub fn run(args: &Args, inputs: &[PathBuf], folder: &Path) -> anyhow::Result<()> {
     check(folder)?;
     let found = Jobs::find(inputs, folder)?;
+    spare_inputs(&found.jobs)?;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let start = Instant::now();
     let threads =
@@ -79,13 +82,26 @@ struct Outcome {
 
 /// A folder is wanted; a name that is plainly that of a file is more likely a slip.
 fn check(folder: &Path) -> anyhow::Result<()> {
-    let is_file = folder.exists() || folder.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm"));
+    let is_uwm = folder.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm"));
+    let is_file = folder.exists() || is_uwm || is_mesh_name(folder);
     let what = match folder.display() {
         _ if is_stream(folder) => "not to standard output".to_owned(),
         name if !is_folder(folder) && is_file => format!("and {name} is the name of a file"),
         _ => return Ok(()),
     };
     Err(Usage(format!("several inputs, or a folder, go to a folder, {what}")).into())
+}
+
+/// No result may replace any of the inputs.
+fn spare_inputs(jobs: &[Job]) -> anyhow::Result<()> {
+    let identified = |job: &'_ Job| Some((Identity::of_file(&job.input)?, input::name(&job.input)));
+    let inputs: HashMap<Identity, String> = jobs.iter().filter_map(identified).collect();
+    for output in jobs.iter().filter_map(|job| job.output.as_ref().ok()) {
+        if let Some(input) = Identity::of_file(output).and_then(|there| inputs.get(&there)) {
+            return Err(would_be_lost(input, &output.display().to_string()).into());
+        }
+    }
+    Ok(())
 }
 
 /// Each thread takes the next input as soon as it is through with one; results are in the order of the jobs.
@@ -116,7 +132,7 @@ fn encode(args: &Args, job: &Job, bars: &Bars) -> anyhow::Result<Done> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
-    let output = Output::new(path)?;
+    let output = Output::new(path, [&*job.input])?;
     encode::encode_to(args, &job.input, &output, &mut bars.piece(input::file_name(&job.input)))
 }
 

@@ -1,15 +1,17 @@
 //! `unweld decode`: from a `.uwm` file, or as much of it as is wanted, to a foreign mesh.
 
-use super::args::{Bound, Tolerance, size};
+use super::args::{Bound, Tolerance, is_stream, size};
 use super::describe::diagonal;
-use super::failure::Usage;
+use super::failure::{Usage, note};
+use super::input;
 use super::numbers::{count, grouped, of_diagonal, significant};
-use super::output::{MeshFormat, Output, remark};
+use super::output::{MeshFormat, Output, remark, say};
 use super::progress::Progress;
 use super::quality::Quality;
 use super::uwm::Uwm;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
+use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
@@ -18,7 +20,7 @@ use unweld::container::{Contents, Measure, Plan, Want, plan, plan_from_keyframe}
 use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::{IndexedMesh, Lattice};
 
-/// Decode a .uwm file, or as much as is wanted, to PLY, OBJ or STL
+/// Decode a .uwm file, or as much as is wanted or there, to PLY, OBJ or STL
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -42,6 +44,9 @@ pub struct Args {
     /// Most memory to use, in bytes or with a suffix K, M, G
     #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
     max_memory: u64,
+    /// Tell what was written as one JSON object on standard output
+    #[arg(long)]
+    json: bool,
     /// Nothing but errors
     #[arg(long, short)]
     quiet: bool,
@@ -67,48 +72,109 @@ struct Way {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     check(args)?;
     let format = args.output.as_deref().map_or(Ok(MeshFormat::Ply), MeshFormat::of)?;
-    let output = args.output.as_deref().map(Output::new).transpose()?;
+    let input = args.input.as_path();
+    let output = args.output.as_deref().map(|path| Output::new(path, [input])).transpose()?;
     let folder = args.all_levels.as_deref();
     if let Some(folder) = folder {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
     let way = way(args, &mut uwm)?;
+    let (way, short) = within(&uwm, args, way)?;
+    let mut levels = Vec::new();
     let mut progress = Progress::new(args.quiet);
-    let mut on_event = |decoder: &Decoder, event: &Event| match (event, folder) {
+    let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut |decoder, event| {
         // Level 0 is not complete before its residue.
-        (Event::Level { level: 1.., .. }, Some(folder)) => write_level(decoder, folder, format),
-        _ => Ok(()),
-    };
-    let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut on_event)?;
+        if let (Event::Level { level: 1.., .. }, Some(folder)) = (event, folder) {
+            levels.push(write_level(decoder, folder, format, input)?);
+        }
+        Ok(())
+    })?;
     drop(progress);
     if let (Some(folder), Some(0)) = (folder, decoder.level()) {
-        write_level(&decoder, folder, format)?;
+        levels.push(write_level(&decoder, folder, format, input)?);
     }
+    let cut = uwm.cut().filter(|_| short).map(|there| uwm.cut_text(there));
     if let Some(most) = args.quality.triangles {
         remark_on_triangles(args.quiet, &uwm.name, &decoder, most);
     }
-    let Some(output) = output else { return Ok(()) };
-    let (mesh, real) = mesh(&decoder, args.quality.triangles)?;
-    let lattice = &uwm.contents.header.lattice;
-    write(&mesh, real, lattice, format, &output)?;
-    for loss in format.losses(&mesh, real.is_none().then_some(lattice)) {
-        remark(args.quiet, &format!("{}: {loss}", output.name));
+    let mut warnings = Vec::new();
+    let text = reached(&mut uwm, &decoder)?;
+    let mut written = None;
+    if let Some(output) = &output {
+        let (mesh, real) = mesh(&decoder, args.quality.triangles)?;
+        let lattice = &uwm.contents.header.lattice;
+        write(&mesh, real, lattice, format, output)?;
+        let losses = format.losses(&mesh, real.is_none().then_some(lattice));
+        warnings.extend(losses.into_iter().map(|loss| format!("{}: {loss}", output.name)));
+        written = Some(Written::new(output, &mesh, &decoder));
     }
+    if args.json {
+        warnings.extend(cut);
+        let levels: Vec<_> = levels.iter().map(Written::json).collect();
+        let output = written.as_ref().map(Written::json);
+        let object = json!({ "output": output, "all_levels": levels, "warnings": warnings });
+        return say(&format!("{object:#}\n"));
+    }
+    // That a file has less than it says is no news to leave out.
+    cut.iter().for_each(|text| note(text));
+    warnings.iter().for_each(|text| remark(args.quiet, text));
     if args.quiet {
         return Ok(());
     }
-    let text = reached(&mut uwm, &decoder)?;
-    output.say(&format!(
-        "{}: {}, {}\n  {text}\n",
-        output.name,
-        count(mesh.positions.len() as u64, "vertex"),
-        count(mesh.triangles.len() as u64, "triangle"),
-    ))
+    let metadata = uwm.metadata().unwrap_or_default();
+    let diagonal = diagonal(&uwm.contents, metadata.as_ref());
+    let lines = levels.iter().map(|level| level.line() + &level.error_text(diagonal) + "\n");
+    let lines = lines.chain(written.iter().map(|written| format!("{}\n  {text}\n", written.line())));
+    let text: String = lines.collect();
+    output.as_ref().map_or_else(|| say(&text), |output| output.say(&text))
 }
 
-/// Keyframes lead to levels alone.
+/// A mesh that has been written.
+struct Written {
+    name: String,
+    vertices: usize,
+    triangles: usize,
+    /// The level that it is, or has all of.
+    level: Option<u32>,
+    /// Of that level.
+    max_error: Option<f64>,
+}
+
+impl Written {
+    fn new(output: &Output, mesh: &IndexedMesh, decoder: &Decoder) -> Self {
+        let level = decoder.level();
+        let entry = level.and_then(|level| decoder.contents()?.level(level));
+        Self {
+            name: output.name.clone(),
+            vertices: mesh.positions.len(),
+            triangles: mesh.triangles.len(),
+            level,
+            max_error: entry.map(|entry| entry.max_error),
+        }
+    }
+
+    fn line(&self) -> String {
+        let triangles = count(self.triangles as u64, "triangle");
+        format!("{}: {}, {triangles}", self.name, count(self.vertices as u64, "vertex"))
+    }
+
+    fn error_text(&self, diagonal: f64) -> String {
+        self.max_error
+            .map_or_else(String::new, |error| format!(", error at most {}", of_diagonal(error, diagonal)))
+    }
+
+    fn json(&self) -> Value {
+        let Self { name, vertices, triangles, level, max_error } = self;
+        json!({ "file": name, "level": level, "vertices": vertices, "triangles": triangles, "max_error": max_error })
+    }
+}
+
+/// Keyframes lead to levels alone, and two results do not fit on standard output.
 fn check(args: &Args) -> anyhow::Result<()> {
+    if args.json && args.output.as_deref().is_some_and(is_stream) {
+        return Err(Usage("--json and -o - both want standard output".to_owned()).into());
+    }
     let partial = [
         ("--triangles", args.quality.triangles.is_some()),
         ("--max-bytes", args.quality.max_bytes.is_some()),
@@ -139,7 +205,7 @@ fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
     let until = Until::of(want, &contents);
     let plan = match want {
         Want::Bytes(most) => {
-            let there = most.min(uwm.length()?);
+            let there = most.min(uwm.length());
             if there < contents.base_end() {
                 bail!("{}: the base needs {} bytes, {there} are there", uwm.name, contents.base_end());
             }
@@ -166,11 +232,41 @@ fn by(via: Via, contents: &Contents, level: u32) -> Option<Plan> {
     }
 }
 
-fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat) -> anyhow::Result<()> {
-    let (Some(level), Some(contents)) = (decoder.level(), decoder.contents()) else { return Ok(()) };
+/// Of a file that is cut off as much as there is on the way, and whether that is less than is wanted.
+///
+/// # Errors
+/// Where a certain level is wanted that is not there.
+fn within(uwm: &Uwm, args: &Args, way: Way) -> anyhow::Result<(Way, bool)> {
+    let Some(there) = uwm.cut() else { return Ok((way, false)) };
+    let quality = &args.quality;
+    let fits = |plan: &Plan| plan.parts.iter().all(|part| part.bytes.end <= there);
+    if way.plan.as_ref().is_some_and(fits) {
+        return Ok((way, quality.max_bytes.is_some_and(|bytes| bytes > there)));
+    }
+    quality.level.map_or(Ok(()), |level| uwm.check_level(level))?;
+    if args.via == Via::Keyframe {
+        // Keyframes are the last in a file: decoding tells what is missing.
+        return Ok((way, false));
+    }
+    let (prefix, header) = (uwm.prefix(there)?, &uwm.contents.header);
+    let operations = u64::from(prefix.vertices - header.base_vertices);
+    let short = operations < way.until.operations && prefix.triangles < way.until.triangles;
+    Ok((Way { plan: Some(prefix), ..way }, short))
+}
+
+fn write_level(
+    decoder: &Decoder,
+    folder: &Path,
+    format: MeshFormat,
+    input: &Path,
+) -> anyhow::Result<Written> {
+    let (Some(level), Some(contents)) = (decoder.level(), decoder.contents()) else {
+        bail!("{}: there is no mesh", input::name(input));
+    };
     let (mesh, real) = mesh(decoder, None)?;
-    let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())))?;
-    write(&mesh, real, &contents.header.lattice, format, &output)
+    let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())), [input])?;
+    write(&mesh, real, &contents.header.lattice, format, &output)?;
+    Ok(Written::new(&output, &mesh, decoder))
 }
 
 /// Writes a mesh, in the type of its coordinates where these are exact.
@@ -244,12 +340,13 @@ pub fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
     let next = level.checked_sub(1).and_then(|finer| contents.level(finer)).filter(|_| done > 0);
     Ok(match next {
         None if level == 0 => {
-            let exact = match (contents.correction().is_empty(), decoder.correction()) {
-                (true, _) => "everything there is; error",
-                (false, Some(_)) => "everything there is, bit for bit; error on the lattice",
-                (false, None) => "without the correction to exact coordinates; error",
+            let lacks = lacking(decoder, &contents);
+            let what = match (lacks.is_empty(), decoder.correction()) {
+                (true, None) => "everything there is; error".to_owned(),
+                (true, Some(_)) => "everything there is, bit for bit; error on the lattice".to_owned(),
+                (false, _) => format!("without {}; error", lacks.join(", ")),
             };
-            format!("level 0 of {base}, {exact} at most {error}")
+            format!("level 0 of {base}, {what} at most {error}")
         }
         None => format!("level {level} of {base}; error at most {error}"),
         Some(finer) => format!(
@@ -259,6 +356,16 @@ pub fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
             level - 1,
         ),
     })
+}
+
+/// What belongs to level 0 and has not come.
+fn lacking(decoder: &Decoder, contents: &Contents) -> Vec<&'static str> {
+    let parts = [
+        ("the residue", contents.residue(), decoder.residue().is_some()),
+        ("the correction to exact coordinates", contents.correction(), decoder.correction().is_some()),
+        ("the order of the input", contents.order(), decoder.order().is_some()),
+    ];
+    parts.into_iter().filter(|(_, atoms, there)| !atoms.is_empty() && !there).map(|(name, ..)| name).collect()
 }
 
 const EXAMPLES: &str = "\
@@ -271,4 +378,5 @@ EXAMPLES
   unweld decode bunny.uwm --all-levels levels/
   curl -s https://example.org/bunny.uwm | unweld decode - -o bunny.obj
 
---max-bytes and --max-memory take suffixes K, M, G.";
+--max-bytes and --max-memory take suffixes K, M, G.
+Of a file that is cut off comes the finest mesh that is there, and a remark that tells which.";

@@ -50,9 +50,8 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = &args.output;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let path = |name: &str| folder.join(name);
-    let outputs =
-        [Output::new(&path("demo.ply"))?, Output::new(&path("demo.uwm"))?, Output::new(&path("demo.png"))?];
+    let output = |name: &str| Output::new(&folder.join(name), []);
+    let outputs = [output("demo.ply")?, output("demo.uwm")?, output("demo.png")?];
     let [ply, uwm_file, picture] = &outputs;
 
     let mesh = shapes::bumpy_sphere(SUBDIVISIONS, SEED);
@@ -97,11 +96,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     view::draw(&shown, &view, picture, &mut progress)?;
     drop(progress);
     let counts: Vec<String> = shown.iter().map(|mesh| grouped(mesh.triangles.len() as u64)).collect();
-    let name = &uwm_file.name;
+    let (name, unweld) = (&uwm_file.name, called());
     say(&format!(
-        "Drew its levels of {} triangles: {}\n\nNow try\n  unweld info {name}\n  \
-         unweld decode {name} -o coarse.obj --faces 2000\n  \
-         unweld decode {name} -o early.ply --prefix-bytes 20K\n\n",
+        "Drew its levels of {} triangles: {}\n\nNow try\n  {unweld} info {name}\n  \
+         {unweld} view {name}\n  \
+         {unweld} decode {name} -o coarse.obj --faces 2000\n  \
+         {unweld} decode {name} -o early.ply --prefix-bytes 20K\n\n",
         counts.join(", "),
         picture.name,
     ))?;
@@ -115,6 +115,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         )?;
     }
     Ok(())
+}
+
+/// How the user calls this program: by its name, if the shell finds it; else as it was called now.
+fn called() -> String {
+    let name = format!("unweld{}", std::env::consts::EXE_SUFFIX);
+    let folders = std::env::var_os("PATH").unwrap_or_default();
+    if std::env::split_paths(&folders).any(|folder| folder.join(&name).is_file()) {
+        return "unweld".to_owned();
+    }
+    match std::env::var_os("CARGO_MANIFEST_DIR") {
+        Some(_) if cfg!(debug_assertions) => "cargo run --".to_owned(),
+        Some(_) => "cargo run --release --".to_owned(),
+        None => std::env::args_os().next().map_or(name, |called| called.to_string_lossy().into_owned()),
+    }
 }
 
 /// Three levels whose sizes are far apart, coarse to fine.

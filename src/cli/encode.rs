@@ -4,13 +4,13 @@ use super::args::{Preview, Profile, Simplification, keyframes, size, value_name}
 use super::batch;
 use super::describe::Description;
 use super::failure::{Usage, note};
-use super::input;
+use super::input::{self, Level, Mesh};
 use super::inputs;
 use super::memory::peak;
 use super::numbers::{count, grouped, memory, significant};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
-use super::uwm::Uwm;
+use super::uwm::{DEFAULT_MEMORY, Uwm};
 use anyhow::{Context, bail};
 use serde_json::{Map, Value, json};
 use std::fs;
@@ -23,7 +23,7 @@ use unweld::formats::{self, Coordinates};
 use unweld::mesh::Lattice;
 use unweld::simplify;
 
-/// Encode meshes (PLY, OBJ, STL or OFF, also gzip-compressed) as .uwm files
+/// Encode meshes (PLY, OBJ, STL or OFF, also gzip-compressed, or levels of .uwm files) as .uwm files
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -33,10 +33,13 @@ pub struct Args {
     /// The file to write, - for standard output; the folder to write to, where there are several inputs or a folder
     #[arg(short, long, value_name = "OUT.uwm|DIR")]
     output: PathBuf,
-    /// How many inputs to encode at a time; as many as there are processors where not given
+    /// How many inputs to encode at a time, 1 or more; as many as there are processors where not given
     #[arg(long, value_name = "N")]
     pub(super) jobs: Option<NonZero<usize>>,
-    /// Bits a coordinate
+    /// Level of inputs that are .uwm files, 0, the finest, where none is named, to the base's. Level 0 stays exact and in order, if it is
+    #[arg(long, value_name = "J")]
+    level: Option<u32>,
+    /// Bits a coordinate, 8 to 24
     #[arg(long, value_name = "N", default_value_t = Options::default().position_bits,
           value_parser = clap::value_parser!(u32).range(i64::from(Lattice::MIN_BITS)..=i64::from(Lattice::MAX_BITS)))]
     position_bits: u32,
@@ -52,7 +55,7 @@ pub struct Args {
     /// How coarse the coordinates of coarse levels are
     #[arg(long, value_enum, default_value = "off")]
     preview: Preview,
-    /// Vertices of the base; the larger of 0.5 % and 150 where not given
+    /// Vertices of the base, 0 or more; the larger of 0.5 % and 150 where not given
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
@@ -67,6 +70,9 @@ pub struct Args {
     /// One JSON object on standard output instead of text
     #[arg(long)]
     pub(super) json: bool,
+    /// Do what is refused otherwise: write to a name that ends as a mesh's does
+    #[arg(long)]
+    pub(super) force: bool,
     /// No progress bar and no report
     #[arg(long, short)]
     pub(super) quiet: bool,
@@ -89,9 +95,14 @@ fn run_one(args: &Args, input: &Path) -> anyhow::Result<()> {
     let output = if inputs::is_folder(&args.output) {
         let path = inputs::into_folder(input, &args.output)?;
         fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
-        Output::new(&path)?
+        Output::new(&path, [input])?
     } else {
-        Output::new(&args.output)?
+        let output = Output::new(&args.output, [input])?;
+        if inputs::is_mesh_name(&args.output) && !args.force {
+            let what = "the name of a mesh, but a .uwm file is written";
+            return Err(Usage(format!("{} is {what} (--force does it)", output.name)).into());
+        }
+        output
     };
     if args.json && output.is_stream() {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
@@ -158,12 +169,15 @@ pub fn encode_to(
     progress: &mut Progress,
 ) -> anyhow::Result<Done> {
     let start = Instant::now();
-    let source = input::read(input)?;
+    let Mesh { source, level } =
+        Mesh::read(input, args.level, args.max_memory.unwrap_or(DEFAULT_MEMORY), progress)?;
     if args.strict {
         refuse_losses(&source, input)?;
     }
     let read = start.elapsed().as_secs_f64();
-    let Encoded { file, report } = encode(&source, input, options(args, &source), settings(args), progress)?;
+    let kept = Kept::new(args, level.as_ref());
+    let (options, settings) = (options(args, kept, &source), settings(args, kept));
+    let Encoded { file, report } = encode(&source, input, options, settings, progress)?;
     drop(source);
     let start = Instant::now();
     output.write(|out| out.write_all(&file))?;
@@ -171,7 +185,8 @@ pub fn encode_to(
     let mut uwm = Uwm::in_memory(file, &output.name)?;
     let description =
         Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
-    let warnings = warnings(args, &description, &report);
+    let mut warnings = warnings(args, &description, &report);
+    warnings.extend(level.iter().flat_map(|level| losses(level, &description)));
     Ok(Done { description, report, warnings, seconds: [read, write] })
 }
 
@@ -246,15 +261,51 @@ pub fn report_text(description: &Description, report: &Report) -> String {
     )
 }
 
-fn options(args: &Args, source: &formats::Source) -> Options {
+/// What of the input is kept besides its surface.
+#[derive(Clone, Copy)]
+struct Kept {
+    coordinates: bool,
+    order: bool,
+}
+
+impl Kept {
+    /// As is wanted; and what a level of a `.uwm` file has kept before stays.
+    fn new(args: &Args, level: Option<&Level>) -> Self {
+        let (exact, ordered) = level.map_or((false, false), |level| (level.exact, level.ordered));
+        Self { coordinates: args.exact || exact, order: args.keep_order || ordered }
+    }
+}
+
+/// What a level of a `.uwm` file loses on the way to another one.
+fn losses(level: &Level, description: &Description) -> Vec<String> {
+    let now = &description.contents.header.lattice;
+    // Bounds that were decoded are off by a rounding, which moves no point of the lattice.
+    let near = |x: f64, y: f64| (x - y).abs() <= 0.01 * now.step;
+    let moved = |old: &Lattice| {
+        let points = f64::from(now.bits).exp2();
+        let same = old.bits == now.bits && near(old.step * points, now.step * points);
+        !(same && (0..3).all(|k| near(old.origin[k], now.origin[k])))
+    };
+    let rounded = level.lattice.as_ref().filter(|old| !description.is_exact() && moved(old)).map(|old| {
+        format!(
+            "coordinates on a lattice of {} bits are rounded to another one of {} bits, by up to {}",
+            old.bits,
+            now.bits,
+            significant(now.step * 0.75f64.sqrt(), 3),
+        )
+    });
+    level.lost.iter().cloned().chain(rounded).collect()
+}
+
+fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
     let real = match source.coordinates {
         Coordinates::Float32 => Real::Binary32,
         Coordinates::Float64 | Coordinates::Text => Real::Binary64,
     };
     Options {
         position_bits: args.position_bits,
-        exact: args.exact.then_some(real),
-        keep_order: args.keep_order,
+        exact: kept.coordinates.then_some(real),
+        keep_order: kept.order,
         simplify: args.simplification.options(args.profile.of_library(), args.base_vertices),
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
@@ -266,7 +317,7 @@ fn options(args: &Args, source: &formats::Source) -> Options {
 }
 
 /// Names and values as they are given on the command line, but for those that are what they are by default.
-fn settings(args: &Args) -> Vec<(String, String)> {
+fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
     let keyframes = match &args.keyframes {
         Keyframes::None => "none".to_owned(),
         Keyframes::All => "all".to_owned(),
@@ -275,8 +326,8 @@ fn settings(args: &Args) -> Vec<(String, String)> {
     };
     let mut settings = vec![
         ("position-bits".to_owned(), args.position_bits.to_string()),
-        ("exact".to_owned(), args.exact.to_string()),
-        ("keep-order".to_owned(), args.keep_order.to_string()),
+        ("exact".to_owned(), kept.coordinates.to_string()),
+        ("keep-order".to_owned(), kept.order.to_string()),
         ("profile".to_owned(), value_name(&args.profile)),
         ("preview".to_owned(), value_name(&args.preview)),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
@@ -397,11 +448,12 @@ EXAMPLES
   unweld encode scene.obj -o scene.uwm --strict
   unweld encode - -o - < bunny.obj > bunny.uwm
   unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex
+  unweld encode bunny.uwm -o coarse.uwm --level 5
   unweld encode bunny.ply scans/ more/*.obj -o coded/ --jobs 4
 
 SEVERAL INPUTS
   Each becomes a file of its name in DIR: scans/bunny.ply.gz becomes DIR/bunny.uwm.
   Folders are searched to the bottom; IN/a/bunny.ply becomes DIR/a/bunny.uwm.
-  Left out and counted: hidden files, files not called as meshes are, linked folders.
+  Left out and counted: hidden files, files not called as meshes of other formats are, linked folders.
   Two inputs that would become one file, such as a.ply and a.obj, become a.ply.uwm and a.obj.uwm.
   One that fails does not stop the others; then the exit code is 1.";

@@ -11,7 +11,7 @@ use super::numbers::{count, grouped, of_diagonal};
 use super::output::{MeshFormat, Output, remark};
 use super::progress::Progress;
 use super::quality::Quality;
-use super::serve::stopped;
+use super::signals::stopped;
 use super::uwm::Uwm;
 use anyhow::{Context, anyhow, bail};
 use bytes::Bytes;
@@ -54,10 +54,10 @@ pub struct Args {
     /// The token in this file is sent as `Authorization: Bearer TOKEN`
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
-    /// How long connecting may take, and how long nothing may come
+    /// How long connecting may take, and how long nothing may come, 1 or more
     #[arg(long, value_name = "SECONDS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     timeout: u32,
-    /// How often in a row to try again after a failure that may pass, after 0.5, 1, 2, 4 … seconds
+    /// How often in a row to try again, 0 or more, after a failure that may pass, after 0.5, 1, 2, 4 … seconds
     #[arg(long, value_name = "N", default_value_t = 5)]
     retries: u32,
     /// Most memory to decode a mesh with, in bytes or with a suffix K, M, G
@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             Usage("--via keyframe leads to a level, and to a mesh: .ply, .obj or .stl".to_owned()).into()
         );
     }
-    let output = Output::new(&args.output)?;
+    let output = Output::new(&args.output, args.token_file.as_deref())?;
     let wanted =
         Wanted { quality: args.quality, keyframe: args.via == decode::Via::Keyframe, mesh: format.is_some() };
     let mut sink = match (format, output.target()) {
@@ -345,13 +345,9 @@ impl Got {
         }
         let error = self.contents.level(level).map_or(0.0, |level| level.max_error);
         let error = of_diagonal(error, diagonal(&self.contents, None));
-        let how = match self.plan.complete {
-            true => format!("--level {level}"),
-            false => format!("--max-bytes {bytes}"),
-        };
         format!(
             "{name}: {} of {} bytes, level {level} of {base}, error at most {error}; {received}\n  \
-             it is the beginning of a file: decode it with {how}\n",
+             it is the beginning of a file, which decode, info and view take as it is\n",
             grouped(bytes),
             grouped(all),
         )

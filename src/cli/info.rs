@@ -2,6 +2,7 @@
 
 use super::args::size;
 use super::describe::Description;
+use super::failure::note;
 use super::numbers::{count, grouped};
 use super::output::say;
 use super::progress::Progress;
@@ -36,8 +37,12 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
     let description = describe(&mut uwm, &mut Progress::new(args.quiet))?;
+    let cut = uwm.cut();
     if args.json {
-        return say(&format!("{:#}\n", serde_json::Value::Object(description.json())));
+        let mut object = description.json();
+        object.extend(cut.map(|there| ("cut".to_owned(), cut_json(&uwm, there))));
+        say(&format!("{:#}\n", serde_json::Value::Object(object)))?;
+        return told_of_cut(&uwm);
     }
     let mut text = format!("{}: {}", uwm.name, count(uwm.contents.file_bytes(), "byte"));
     text += &format!(", format version {}", unweld::container::VERSION);
@@ -53,17 +58,39 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     text += &format!("\n{}", description.table());
     let operations = uwm.contents.header.vertices - uwm.contents.header.base_vertices;
     text += &format!("\n  {} operations between base and level 0\n", grouped(operations));
-    say(&text)
+    say(&text)?;
+    told_of_cut(&uwm)
 }
 
-/// Reads the metadata, and the residue if there is one, which takes the mesh of level 0.
+/// What a file that is cut off still has.
+fn cut_json(uwm: &Uwm, there: u64) -> serde_json::Value {
+    let prefix = uwm.prefix(there).ok();
+    serde_json::json!({
+        "bytes": there,
+        "missing_bytes": uwm.contents.file_bytes() - there,
+        "level": prefix.as_ref().map(|prefix| uwm.finest_level(prefix)),
+        "vertices": prefix.as_ref().map(|prefix| prefix.vertices),
+        "triangles": prefix.as_ref().map(|prefix| prefix.triangles),
+    })
+}
+
+/// Says where a file is cut off, which is an error where no mesh is left.
+fn told_of_cut(uwm: &Uwm) -> anyhow::Result<()> {
+    if let Some(there) = uwm.cut() {
+        uwm.prefix(there)?;
+        note(&uwm.cut_text(there));
+    }
+    Ok(())
+}
+
+/// Reads the metadata, and the residue if there is one, which takes the mesh of level 0; neither where the file is cut off before it.
 ///
 /// # Errors
 /// Those of reading the file.
 pub fn describe(uwm: &mut Uwm, progress: &mut Progress) -> anyhow::Result<Description> {
     let metadata = uwm.metadata()?;
     let mut residue = ResidueCounts::default();
-    if !uwm.contents.residue().is_empty() {
+    if !uwm.contents.residue().is_empty() && uwm.cut().is_none() {
         let plan = plan_from_keyframe(&uwm.contents, 0);
         let decoder = uwm.decode(Some(&plan), Until::default(), progress, &mut |_, _| Ok(()))?;
         residue = decoder.residue().map(Residue::counts).unwrap_or_default();

@@ -1,10 +1,123 @@
-//! Foreign meshes, from a file or from standard input.
+//! Meshes to read, from a file or from standard input.
 
 use super::args::is_stream;
+use super::failure::Usage;
+use super::progress::Progress;
+use super::uwm::Uwm;
 use anyhow::Context;
+use std::fs::File;
 use std::io::Read;
 use std::path::Path;
-use unweld::formats::{self, Format, Source};
+use unweld::codec::grid::Real;
+use unweld::container::MAGIC;
+use unweld::formats::{self, Coordinates, Format, Source};
+use unweld::mesh::Lattice;
+
+/// What a file holds.
+pub enum Input {
+    /// A mesh in a foreign format.
+    Mesh(Source),
+    /// A `.uwm` file.
+    Levels(Uwm),
+}
+
+/// A mesh to work on.
+pub struct Mesh {
+    /// As from a foreign file.
+    pub source: Source,
+    /// What it was before, if it is a level of a `.uwm` file.
+    pub level: Option<Level>,
+}
+
+/// A level of a `.uwm` file.
+pub struct Level {
+    /// Whether it has the coordinates of the file's input, bit for bit.
+    pub exact: bool,
+    /// Whether it has the lists of the file's input.
+    pub ordered: bool,
+    /// The lattice of its coordinates, if they are not exact.
+    pub lattice: Option<Lattice>,
+    /// What the file has and this level has not, in words for the user.
+    pub lost: Option<String>,
+}
+
+impl Input {
+    /// Opens a file, which is a `.uwm` file if it is called or begins like one; decoding it may take so many bytes of `memory`.
+    ///
+    /// # Errors
+    /// Those of the medium and of the reader, with the name of the file.
+    pub fn open(path: &Path, memory: u64) -> anyhow::Result<Self> {
+        let named = path.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm"));
+        if !path.is_file() || is_stream(path) {
+            // Pipes are read once.
+            let bytes = read_bytes(path)?;
+            return if named || bytes.starts_with(&MAGIC[..4]) {
+                Ok(Self::Levels(Uwm::of_bytes(bytes, &name(path), memory)?))
+            } else {
+                Ok(Self::Mesh(read_from(&bytes, path)?))
+            };
+        }
+        if named || begins_as_uwm(path)? {
+            Ok(Self::Levels(Uwm::open(path, memory)?))
+        } else {
+            Ok(Self::Mesh(read(path)?))
+        }
+    }
+}
+
+impl Mesh {
+    /// Reads a mesh, or decodes `level` of a `.uwm` file, 0 where none is named.
+    ///
+    /// # Errors
+    /// As [`Input::open`] and [`Uwm::level`]; [`Usage`] for a level of what has none.
+    pub fn read(
+        path: &Path,
+        level: Option<u32>,
+        memory: u64,
+        progress: &mut Progress,
+    ) -> anyhow::Result<Self> {
+        match Input::open(path, memory)? {
+            Input::Mesh(_) if level.is_some() => Err(without_levels(path).into()),
+            Input::Mesh(source) => Ok(Self { source, level: None }),
+            Input::Levels(mut uwm) => Self::of_level(&mut uwm, level.unwrap_or(0), progress),
+        }
+    }
+
+    fn of_level(uwm: &mut Uwm, level: u32, progress: &mut Progress) -> anyhow::Result<Self> {
+        let decoder = uwm.level(level, progress)?;
+        let real = decoder.correction().filter(|_| level == 0).map(|correction| correction.real);
+        let source = Source {
+            mesh: decoder.assembled()?,
+            format: Format::Ply,
+            polygons: 0,
+            coordinates: if real == Some(Real::Binary32) {
+                Coordinates::Float32
+            } else {
+                Coordinates::Float64
+            },
+            text: false,
+            dropped: Vec::new(),
+        };
+        let contents = &uwm.contents;
+        let parts = [
+            ("the residue", contents.residue()),
+            ("exact coordinates", contents.correction()),
+            ("the order of the input", contents.order()),
+        ];
+        let parts = parts.into_iter().filter(|(_, atoms)| !atoms.is_empty() && level > 0);
+        let parts: Vec<_> = parts.map(|(name, _)| name).collect();
+        let lost = (!parts.is_empty())
+            .then(|| format!("level {level} is without what level 0 has: {}", parts.join(", ")));
+        let lattice = real.is_none().then_some(contents.header.lattice);
+        let ordered = level == 0 && decoder.order().is_some();
+        Ok(Self { source, level: Some(Level { exact: real.is_some(), ordered, lattice, lost }) })
+    }
+}
+
+/// Why a level of this file cannot be had.
+pub fn without_levels(path: &Path) -> Usage {
+    Usage(format!("{} has no levels: --level is for .uwm files", name(path)))
+}
 
 /// What a path is called in messages.
 pub fn name(path: &Path) -> String {
@@ -21,8 +134,18 @@ pub fn file_name(path: &Path) -> String {
 /// # Errors
 /// Those of the medium and of the reader, with the name of the file.
 pub fn read(path: &Path) -> anyhow::Result<Source> {
-    let bytes = read_bytes(path)?;
-    formats::read_bytes(&bytes, Format::from_path(path), "").with_context(|| name(path))
+    read_from(&read_bytes(path)?, path)
+}
+
+fn read_from(bytes: &[u8], path: &Path) -> anyhow::Result<Source> {
+    formats::read_bytes(bytes, Format::from_path(path), "").with_context(|| name(path))
+}
+
+fn begins_as_uwm(path: &Path) -> anyhow::Result<bool> {
+    let mut first = Vec::new();
+    let read = File::open(path).and_then(|file| file.take(4).read_to_end(&mut first));
+    read.with_context(|| name(path))?;
+    Ok(first == MAGIC[..4])
 }
 
 /// All bytes of a file or of standard input.

@@ -119,6 +119,14 @@ pub fn is_folder(path: &Path) -> bool {
     path.as_os_str().to_string_lossy().ends_with(std::path::is_separator) || path.is_dir()
 }
 
+/// Whether a name ends as those of meshes in other formats do, also compressed ones.
+pub fn is_mesh_name(path: &Path) -> bool {
+    let end = |path: &Path| path.extension().map(|end| end.to_string_lossy().to_ascii_lowercase());
+    let stem = path.file_stem().map(Path::new);
+    let told = end(path).and_then(|told| if COMPRESSED.contains(&&*told) { end(stem?) } else { Some(told) });
+    told.is_some_and(|told| MESH_ENDS.contains(&&*told))
+}
+
 /// The result of an input in a folder.
 ///
 /// # Errors
@@ -137,11 +145,13 @@ fn whole_name(name: &OsStr) -> OsString {
     result
 }
 
-/// The name without `.gz` and without what tells the format of a mesh, and with `.uwm`.
+/// The name without `.gz` and without what tells the format, and with `.uwm`.
 fn result_name(name: &OsStr) -> OsString {
     let name = Path::new(name);
     let mut stem = name;
-    if Format::from_path(name).is_some() {
+    if name.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm")) {
+        stem = name.file_stem().map_or(stem, Path::new);
+    } else if Format::from_path(name).is_some() {
         if stem.extension().is_some_and(|e| e.eq_ignore_ascii_case("gz")) {
             stem = stem.file_stem().map_or(stem, Path::new);
         }
@@ -150,9 +160,28 @@ fn result_name(name: &OsStr) -> OsString {
     whole_name(stem.as_os_str())
 }
 
+/// Ends of names that meshes, scenes and point clouds have.
+const MESH_ENDS: [&str; 38] = [
+    "3ds", "3mf", "abc", "amf", "blend", "brep", "bvh", "cgns", "ctm", "dae", "drc", "fbx", "glb", "gltf",
+    "iges", "igs", "las", "laz", "lwo", "max", "mesh", "msh", "obj", "off", "pcd", "ply", "pts", "stl",
+    "step", "stp", "usd", "usda", "usdc", "usdz", "vtk", "vtp", "vtu", "x3d",
+];
+const COMPRESSED: [&str; 5] = ["bz2", "gz", "xz", "zip", "zst"];
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn names_of_meshes() {
+        let is = |name: &str| is_mesh_name(Path::new(name));
+        for name in ["a.ply", "a.OBJ", "b.c/a.stl.gz", "a.off", "a.glb", "a.gltf", "a.drc", "a.3mf.ZIP"] {
+            assert!(is(name), "{name}");
+        }
+        for name in ["a", "a.uwm", "a.ply.uwm", "ply", ".ply", "a.gz", "a.uwm.gz", "a.ply/b", "-"] {
+            assert!(!is(name), "{name}");
+        }
+    }
 
     #[test]
     fn names_of_results() {
@@ -163,5 +192,6 @@ mod tests {
         assert_eq!(of("bunny.dat"), "bunny.dat.uwm");
         assert_eq!(of("bunny.gz"), "bunny.gz.uwm");
         assert_eq!(of(".ply"), ".ply.uwm");
+        assert_eq!(of("bunny.UWM"), "bunny.uwm");
     }
 }

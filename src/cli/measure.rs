@@ -2,18 +2,14 @@
 
 use super::args::{is_stream, size};
 use super::failure::Usage;
-use super::input;
+use super::input::{self, Input};
 use super::numbers::{count, grouped, percent, significant, table};
 use super::output::say;
 use super::progress::Progress;
-use super::uwm::Uwm;
-use anyhow::{Context, bail};
+use anyhow::bail;
 use serde_json::{Value, json};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
-use unweld::container::{MAGIC, Want, plan};
-use unweld::decoder::Until;
-use unweld::formats::{self, Format};
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::{IndexedMesh, lattice};
 
@@ -27,18 +23,18 @@ pub struct Args {
     /// The other mesh, as A; one of them may be standard input
     #[arg(value_name = "B")]
     b: PathBuf,
-    /// Level of B, which is a .uwm file; 0, the finest, where not given
+    /// Level of B, which is a .uwm file: 0, the finest, where not given, to the base's
     #[arg(long, value_name = "J")]
     level: Option<u32>,
-    /// Points spread evenly over the area of each surface, for mean and rms; all vertices are measured besides, for the
+    /// Points spread evenly over the area of each surface, 1 to 2^40, for mean and rms; all vertices are measured besides, for the
     /// maximum. A million gives mean and rms to about 0.1 %
     #[arg(long, value_name = "N", default_value_t = Sampling::default().samples,
           value_parser = clap::value_parser!(u64).range(1..=MOST_SAMPLES))]
     samples: u64,
-    /// Seed of the random points
+    /// Seed of the random points, 0 to 2^64 - 1
     #[arg(long, value_name = "S", default_value_t = 0)]
     seed: u64,
-    /// Threads, all cores where not given; the result does not depend on them
+    /// Threads, 1 or more, all cores where not given; the result does not depend on them
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
     /// One JSON object instead of text
@@ -132,30 +128,15 @@ impl Measured {
 /// Reads a mesh of any format; `level` is one of a `.uwm` file.
 fn read(path: &Path, level: Option<u32>, memory: u64, progress: &mut Progress) -> anyhow::Result<Measured> {
     let name = input::name(path);
-    let bytes = input::read_bytes(path)?;
-    let named = path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("uwm"));
-    if named || bytes.starts_with(&MAGIC[..4]) {
-        let level = level.unwrap_or(0);
-        let mesh = decode(&mut Uwm::of_bytes(bytes, &name, memory)?, level, progress)?;
-        return Measured::new(name, Some(level), mesh);
+    match Input::open(path, memory)? {
+        Input::Levels(mut uwm) => {
+            let level = level.unwrap_or(0);
+            let mesh = uwm.level(level, progress)?.assembled()?;
+            Measured::new(name, Some(level), mesh)
+        }
+        Input::Mesh(_) if level.is_some() => Err(input::without_levels(path).into()),
+        Input::Mesh(source) => Measured::new(name, None, source.mesh),
     }
-    if level.is_some() {
-        return Err(Usage(format!("--level wants a .uwm file, {name} is none")).into());
-    }
-    let source = formats::read_bytes(&bytes, Format::from_path(path), "").with_context(|| name.clone())?;
-    Measured::new(name, None, source.mesh)
-}
-
-fn decode(uwm: &mut Uwm, level: u32, progress: &mut Progress) -> anyhow::Result<IndexedMesh> {
-    let base = uwm.contents.base_level();
-    if level > base {
-        bail!("{}: there is no level {level}: the levels are 0 (finest) to {base} (base)", uwm.name);
-    }
-    // Level 0 takes the whole file, and all its checksums with it.
-    let plan = (level > 0).then(|| plan(&uwm.contents, Want::Level(level)));
-    let until = Until { level, ..Until::default() };
-    let decoder = uwm.decode(plan.as_ref(), until, progress, &mut |_, _| Ok(()))?;
-    Ok(decoder.assembled()?)
 }
 
 /// The diagonal of the bounding box of the vertices that triangles use, also where its square is no number.

@@ -8,6 +8,7 @@ mod describe;
 mod encode;
 mod failure;
 mod fetch;
+mod identity;
 mod info;
 mod input;
 mod inputs;
@@ -19,7 +20,9 @@ mod output;
 mod page;
 mod progress;
 mod quality;
+mod replace;
 mod serve;
+mod signals;
 mod simplify;
 mod triangles;
 mod uwm;
@@ -54,6 +57,7 @@ enum Command {
 /// Runs the command of the process's arguments. The exit code is 0 where all went well, 1 where the data are at
 /// fault, 2 where the arguments are.
 pub fn run() -> ExitCode {
+    signals::survive_large_files();
     let outcome = match Cli::parse().command {
         Command::Encode(args) => encode::run(&args),
         Command::Decode(args) => decode::run(&args),

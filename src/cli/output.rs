@@ -2,7 +2,10 @@
 
 use super::args::is_stream;
 use super::failure::{Usage, note};
+use super::identity::Identity;
+use super::input;
 use super::numbers::{count, grouped, significant};
+use super::replace::{self, Replacement};
 use anyhow::Context;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
@@ -22,11 +25,22 @@ pub struct Output {
 }
 
 impl Output {
-    /// Sees whether the path can be written to, before any work is done for it.
+    /// Sees whether the path can be written to, before any work is done for it. It must not be one of `inputs`.
     ///
     /// # Errors
-    /// Where it cannot, or where it is standard output and that is a terminal.
-    pub fn new(path: &Path) -> anyhow::Result<Self> {
+    /// Where it cannot, or where it is standard output and that is a terminal; [`Usage`] where it is an input.
+    pub fn new<'a>(path: &Path, inputs: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<Self> {
+        let output = Self::of(path)?;
+        output.check_against(inputs)?;
+        if output.replaced
+            && let Some(file) = &output.file
+        {
+            replace::check(file).with_context(|| output.name.clone())?;
+        }
+        Ok(output)
+    }
+
+    fn of(path: &Path) -> anyhow::Result<Self> {
         if is_stream(path) {
             if io::stdout().is_terminal() {
                 let what = "standard output is a terminal: name a file with -o, or redirect it";
@@ -36,19 +50,21 @@ impl Output {
         }
         let name = path.display().to_string();
         // A link stays, and what it leads to is replaced.
-        let file = fs::canonicalize(path).unwrap_or_else(|_| path.to_owned());
-        let replaced = fs::metadata(&file).map_or(true, |existing| existing.is_file() || existing.is_dir());
-        let output = Self { file: Some(file.clone()), name, replaced };
-        if replaced {
-            let test = || {
-                if file.is_dir() {
-                    return Err(io::ErrorKind::IsADirectory.into());
-                }
-                output.temporary(&file).map(drop)
-            };
-            test().with_context(|| output.name.clone())?;
-        }
-        Ok(output)
+        let file = replace::followed(path).with_context(|| name.clone())?;
+        let replaced = fs::metadata(&file).map_or(true, |there| there.is_file() || there.is_dir());
+        Ok(Self { file: Some(file), name, replaced })
+    }
+
+    /// Whoever names the input as the output does not want to lose it.
+    fn check_against<'a>(&self, inputs: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<()> {
+        let there = self.file.as_deref().map_or_else(Identity::of_output_stream, Identity::of_file);
+        let mut inputs = inputs.into_iter();
+        let Some(input) =
+            there.and_then(|it| inputs.find(|input| Identity::of_input(input).as_ref() == Some(&it)))
+        else {
+            return Ok(());
+        };
+        Err(would_be_lost(&input::name(input), &self.name).into())
     }
 
     /// Whether this is standard output.
@@ -88,11 +104,9 @@ impl Output {
                 out.flush()
             }
             Some(file) if self.replaced => {
-                let mut temporary = self.temporary(file)?;
-                content(&mut temporary)?;
-                temporary.flush()?;
-                temporary.persist(file).map_err(|e| plain(e.error))?;
-                Ok(())
+                let mut replacement = Replacement::new(file)?;
+                content(replacement.file())?;
+                replacement.finish()
             }
             Some(file) => {
                 let mut file = fs::OpenOptions::new().write(true).open(file)?;
@@ -101,23 +115,6 @@ impl Output {
             }
         };
         write().with_context(|| self.name.clone())
-    }
-
-    /// A file of another name in the same folder.
-    fn temporary(&self, file: &Path) -> io::Result<tempfile::NamedTempFile> {
-        let folder = match file.parent() {
-            Some(folder) if folder != Path::new("") => folder,
-            _ => Path::new("."),
-        };
-        fs::metadata(folder)?;
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".unweld-");
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt;
-            builder.permissions(fs::Permissions::from_mode(0o666));
-        }
-        builder.tempfile_in(folder).map_err(plain)
     }
 
     /// Tells the user something: on standard output, or on standard error where that is taken by the result.
@@ -131,6 +128,12 @@ impl Output {
         }
         say(text)
     }
+}
+
+/// Why an input is not written to, by the names of both.
+pub fn would_be_lost(input: &str, output: &str) -> Usage {
+    let what = if input == output { "the input".to_owned() } else { format!("the input {input}") };
+    Usage(format!("{output} is {what}, which would be lost"))
 }
 
 /// A foreign mesh format to write.
@@ -264,11 +267,6 @@ fn fits_binary32(mesh: &IndexedMesh, lattice: Option<&Lattice>) -> bool {
 }
 
 const MOST: f64 = unweld::codec::residue::MAX_OUTSIDE as f64;
-
-/// What the system said, without the temporary name.
-fn plain(error: io::Error) -> io::Error {
-    if error.get_ref().is_some() { error.kind().into() } else { error }
-}
 
 #[cfg(test)]
 mod tests {

@@ -2,7 +2,7 @@
 
 use super::numbers::count;
 use super::output::say;
-use super::serve::stopped;
+use super::signals::stopped;
 use anyhow::{Context, bail, ensure};
 use std::io::{ErrorKind, Read, Write};
 use std::net::{Ipv4Addr, SocketAddr, TcpStream};

@@ -4,6 +4,7 @@ use super::args::size;
 use super::failure::{Usage, note};
 use super::numbers::count;
 use super::output::say;
+use super::signals::stopped;
 use anyhow::Context;
 use clap::ValueEnum;
 use std::fs;
@@ -30,17 +31,17 @@ pub struct Args {
     /// Serve only who sends one of the tokens in this file, one a line, as `Authorization: Bearer TOKEN`
     #[arg(long, value_name = "FILE")]
     token_file: Option<PathBuf>,
-    /// How long caches may keep an answer without asking again; 0 for not at all
+    /// How long caches may keep an answer without asking again, 0 (not at all) or more
     #[arg(long, value_name = "SECONDS", default_value_t = Options::default().max_age)]
     max_age: u32,
-    /// Most connections at a time
+    /// Most connections at a time, 1 to 1,000,000
     #[arg(long, value_name = "N", default_value_t = Options::default().connections as u32,
           value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     connections: u32,
     /// Memory for parts of files that are often wanted; 0 for none
     #[arg(long, value_name = "BYTES", default_value = "64M", value_parser = size)]
     cache: u64,
-    /// How long a connection may be idle, and a client take nothing of an answer
+    /// How long a connection may be idle, and a client take nothing of an answer, 1 or more
     #[arg(long, value_name = "SECONDS", default_value_t = 30, value_parser = clap::value_parser!(u32).range(1..))]
     timeout: u32,
     /// What to log, on standard error
@@ -139,28 +140,6 @@ fn available(wanted: usize) -> usize {
 #[cfg(not(unix))]
 fn available(wanted: usize) -> usize {
     wanted
-}
-
-/// Ready once the process is interrupted or terminated.
-///
-/// # Errors
-/// Those of the system.
-#[cfg(unix)]
-pub fn stopped() -> anyhow::Result<impl Future<Output = ()>> {
-    use tokio::signal::unix::{SignalKind, signal};
-    let (mut interrupted, mut terminated) =
-        (signal(SignalKind::interrupt())?, signal(SignalKind::terminate())?);
-    Ok(async move {
-        tokio::select! {
-            _ = interrupted.recv() => {}
-            _ = terminated.recv() => {}
-        }
-    })
-}
-
-#[cfg(not(unix))]
-pub fn stopped() -> anyhow::Result<impl Future<Output = ()>> {
-    Ok(async { drop(tokio::signal::ctrl_c().await) })
 }
 
 fn log(level: Log) {

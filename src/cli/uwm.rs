@@ -2,16 +2,18 @@
 
 use super::args::is_stream;
 use super::input;
+use super::numbers::{count, grouped};
 use super::progress::Progress;
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use std::fs::File;
 use std::io::{self, Cursor, Read, Seek, SeekFrom};
 use std::ops::Range;
 use std::path::Path;
 use std::sync::Arc;
 use unweld::Error;
-use unweld::container::{Contents, Metadata, Parsed, Parser, Part, Plan, plan_from_keyframe};
+use unweld::container::{Contents, Metadata, Parsed, Parser, Part, Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Options, Until};
+use unweld::error::FormatError;
 use unweld::limits::Limits;
 
 /// Header and table of contents are known and checked; all other bytes are still in the file.
@@ -21,6 +23,7 @@ pub struct Uwm {
     /// Header and table of contents.
     pub contents: Arc<Contents>,
     bytes: Box<dyn ReadSeek>,
+    length: u64,
     limits: Limits,
 }
 
@@ -68,35 +71,123 @@ impl Uwm {
         Self::over(Box::new(Cursor::new(bytes)), name.to_owned(), memory)
     }
 
-    /// Decoding it may take so many bytes of `memory`.
-    pub fn within(self, memory: u64) -> Self {
-        Self { limits: Limits { memory, ..self.limits }, ..self }
-    }
-
     fn over(mut bytes: Box<dyn ReadSeek>, name: String, memory: u64) -> anyhow::Result<Self> {
         let contents = read_contents(&mut *bytes).with_context(|| name.clone())?;
+        let length = bytes.seek(SeekFrom::End(0)).with_context(|| name.clone())?;
         let limits = Limits { memory, ..Limits::default() };
-        Ok(Self { name, contents, bytes, limits })
+        Ok(Self { name, contents, bytes, length, limits })
     }
 
     /// Bytes that are there, whatever the table of contents says.
-    ///
-    /// # Errors
-    /// Those of the medium.
-    pub fn length(&mut self) -> anyhow::Result<u64> {
-        self.bytes.seek(SeekFrom::End(0)).with_context(|| self.name.clone())
+    pub fn length(&self) -> u64 {
+        self.length
     }
 
-    /// The metadata, if the file has any.
+    /// The byte where the file ends, if it ends too early: what is before it is a mesh all the same, once the base is there.
+    pub fn cut(&self) -> Option<u64> {
+        (self.length < self.contents.file_bytes()).then_some(self.length)
+    }
+
+    /// The way to the finest mesh of the first `most` bytes that are there.
+    ///
+    /// # Errors
+    /// Where the file ends before the base does.
+    pub fn prefix(&self, most: u64) -> anyhow::Result<Plan> {
+        let missing = self.contents.base_end().saturating_sub(self.length);
+        if missing > 0 {
+            let what = format!(
+                "the file is cut off: the base, the least that is a mesh, lacks {}",
+                count(missing, "byte")
+            );
+            return Err(anyhow!("{}: byte {}: {what}", self.name, self.length));
+        }
+        Ok(plan(&self.contents, Want::Bytes(most.min(self.length))))
+    }
+
+    /// That there is such a level, and all of it.
+    ///
+    /// # Errors
+    /// Which levels there are.
+    pub fn check_level(&self, level: u32) -> anyhow::Result<()> {
+        let (name, base) = (&self.name, self.contents.base_level());
+        if level > base {
+            bail!("{name}: there is no level {level}: the levels are 0 (finest) to {base} (base)");
+        }
+        let contents = &self.contents;
+        let beyond = if level == 0 { contents.bytes(contents.beyond_mesh()).end } else { 0 };
+        let end = contents.bytes(contents.steps(level)).end.max(beyond);
+        let Some(there) = self.cut().filter(|&there| there < end) else { return Ok(()) };
+        let (finest, missing) = (self.finest_level(&self.prefix(there)?), count(end - there, "byte"));
+        bail!(
+            "{name}: byte {there}: the file is cut off: level {level} lacks {missing}, level {finest} is there"
+        )
+    }
+
+    /// The finest level that a plan completes.
+    pub fn finest_level(&self, plan: &Plan) -> u32 {
+        if plan.complete { plan.level } else { plan.level + 1 }
+    }
+
+    /// Where a file that is cut off ends and what it has, in words for the user.
+    pub fn cut_text(&self, there: u64) -> String {
+        let (contents, bytes) = (&self.contents, self.contents.file_bytes());
+        let ends = format!("{}: cut off at byte {} of {}", self.name, grouped(there), grouped(bytes));
+        let Ok(prefix) = self.prefix(there) else {
+            return format!("{ends}: there is no mesh before the base's end");
+        };
+        let level = self.finest_level(&prefix);
+        let is_there = match prefix.complete {
+            true => "is there".to_owned(),
+            false => format!("and a part of level {} are there", level - 1),
+        };
+        let lacks = [
+            ("residue", contents.residue()),
+            ("exact coordinates", contents.correction()),
+            ("order", contents.order()),
+        ];
+        let lacks: Vec<_> = lacks
+            .into_iter()
+            .filter(|(_, atoms)| !atoms.is_empty() && contents.bytes(atoms.clone()).end > there)
+            .map(|(name, _)| name)
+            .collect();
+        let lacks = if lacks.is_empty() { String::new() } else { format!(", without {}", lacks.join(", ")) };
+        format!("{ends}: level {level} of {} {is_there}{lacks}", contents.base_level())
+    }
+
+    /// The metadata, if the file has any and is not cut off before them.
     ///
     /// # Errors
     /// As [`Uwm::decode`].
     pub fn metadata(&mut self) -> anyhow::Result<Option<Metadata>> {
+        if self.contents.bytes(self.contents.metadata()).end > self.length {
+            return Ok(None);
+        }
         let mut plan = plan_from_keyframe(&self.contents, self.contents.base_level());
         plan.parts = vec![self.part(self.contents.metadata())];
         let decoder =
             self.decode(Some(&plan), Until::default(), &mut Progress::new(true), &mut |_, _| Ok(()))?;
         Ok(decoder.metadata().cloned())
+    }
+
+    /// Decodes a level; level 0 with all that belongs to it.
+    ///
+    /// # Errors
+    /// As [`Uwm::check_level`] and [`Uwm::decode`].
+    pub fn level(&mut self, level: u32, progress: &mut Progress) -> anyhow::Result<Decoder> {
+        self.check_level(level)?;
+        let plan = self.way_to(level)?;
+        self.decode(plan.as_ref(), Until { level, ..Until::default() }, progress, &mut |_, _| Ok(()))
+    }
+
+    /// What to decode for a level; `None` for level 0, which takes the whole file, and all its checksums with it.
+    ///
+    /// # Errors
+    /// As [`Uwm::prefix`].
+    pub fn way_to(&self, level: u32) -> anyhow::Result<Option<Plan>> {
+        match self.cut() {
+            Some(there) if level == 0 => Ok(Some(self.prefix(there)?)),
+            _ => Ok((level > 0).then(|| plan(&self.contents, Want::Level(level)))),
+        }
     }
 
     /// Some consecutive atoms.
@@ -115,6 +206,12 @@ impl Uwm {
         progress: &mut Progress,
         heard: &mut dyn FnMut(&Decoder, &Event) -> anyhow::Result<()>,
     ) -> anyhow::Result<Decoder> {
+        let end = plan.and_then(|plan| plan.parts.iter().map(|part| part.bytes.end).max());
+        if let Some(missing) = end.and_then(|end| end.checked_sub(self.length)).filter(|&missing| missing > 0)
+        {
+            let what = format!("the file is cut off: {missing} bytes are missing");
+            return Err(fault(&self.name, FormatError::new(self.length, "3.1", what).into()));
+        }
         let options = Options { limits: self.limits, until, ..Options::default() };
         let mut decoder = match plan {
             Some(plan) => Decoder::of_plan(self.contents.clone(), plan, options),

@@ -1,26 +1,24 @@
 //! `unweld view`: a picture of a mesh, or of levels of a `.uwm` file side by side.
 
 use super::args::{is_stream, size};
-use super::failure::Usage;
-use super::input;
+use super::failure::{Usage, note};
+use super::input::{self, Input};
 use super::numbers::{count, grouped};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
 use super::uwm::Uwm;
-use anyhow::{Context, bail};
+use anyhow::Context;
 use clap::ValueEnum;
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::fs::File;
-use std::io::Read;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
-use unweld::container::{Want, plan};
 use unweld::decoder::{Event, Until};
-use unweld::formats;
 use unweld::mesh::IndexedMesh;
-use unweld::render::{Picture, Up, View, render_with, write_png};
+use unweld::render::{Picture, SOFTWARE, Up, View, render_with, write_png};
 
 /// Draw a mesh, or levels of a .uwm file side by side, as a PNG picture
 #[derive(clap::Args)]
@@ -29,10 +27,13 @@ pub struct Args {
     /// A .uwm file or a mesh (PLY, OBJ, STL or OFF, also gzip-compressed), - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The picture to write, .png, - for standard output
+    /// The picture to write, .png, - for standard output; where not given, it goes beside IN, to IN.png
     #[arg(short, long, value_name = "OUT.png")]
-    output: PathBuf,
-    /// Levels of a .uwm file, from left to right, of which 0 is the finest and the one drawn where none is named
+    output: Option<PathBuf>,
+    /// Without -o: replace a file of that name that is none of our pictures
+    #[arg(long)]
+    force: bool,
+    /// Levels of a .uwm file, from left to right, from 0, the finest and the one drawn where none is named, to the base's
     #[arg(long, value_name = "J,…", value_delimiter = ',')]
     level: Vec<u32>,
     /// Most memory for decoding, in bytes or with a suffix K, M, G
@@ -52,16 +53,16 @@ pub struct Args {
 #[derive(clap::Args)]
 #[command(next_help_heading = "Picture")]
 struct Look {
-    /// Pixels; 800 a level, and as many down, where not given
+    /// Pixels, 1 to 8192 each way; 800 a level, and as many down, where not given
     #[arg(long, value_name = "WxH", value_parser = pixels)]
     size: Option<(u32, u32)>,
     /// The axis that points upwards: y in most scans and models, z in CAD, printing and terrain
     #[arg(long, value_enum, default_value = "y")]
     up: Axis,
-    /// Turn the mesh about the upward axis; positive brings its left side to the front
+    /// Turn the mesh about the upward axis by any angle; positive brings its left side to the front
     #[arg(long, value_name = "DEGREES", default_value_t = TURN, value_parser = angle, allow_negative_numbers = true)]
     turn: f64,
-    /// Tip the mesh forwards; positive shows it from above
+    /// Tip the mesh forwards by any angle; positive shows it from above
     #[arg(long, value_name = "DEGREES", default_value_t = TILT, value_parser = angle, allow_negative_numbers = true)]
     tilt: f64,
     /// Draw the edges too, where triangles are not too small for it
@@ -91,8 +92,10 @@ struct Background(Option<[u8; 3]>);
 /// # Errors
 /// Those of reading, decoding and writing, and where the file has no such level.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    check(args)?;
-    let output = Output::new(&args.output)?;
+    let output = output(args)?;
+    if args.json && output.is_stream() {
+        return Err(Usage("--json and -o - both want standard output".to_owned()).into());
+    }
     let name = input::name(&args.input);
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
@@ -121,6 +124,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             })
         });
         let object = json!({
+            "output": output.name,
             "width": picture.width,
             "height": picture.height,
             "bytes": bytes,
@@ -182,23 +186,22 @@ pub fn draw(
     Ok((picture, file.len() as u64))
 }
 
-/// Decodes as far as the finest of some levels, and returns them.
+/// Decodes as far as the finest of some levels, and returns them; where none is wanted, level 0, or the finest mesh there is of a file
+/// that is cut off, by the level that it completes.
 ///
 /// # Errors
-/// As [`Uwm::decode`], and where the file has no such level.
+/// As [`Uwm::decode`] and [`Uwm::check_level`].
 pub fn levels(
     uwm: &mut Uwm,
     wanted: &[u32],
     progress: &mut Progress,
 ) -> anyhow::Result<BTreeMap<u32, IndexedMesh>> {
-    let contents = uwm.contents.clone();
-    let base = contents.base_level();
-    if let Some(level) = wanted.iter().find(|&&level| level > base) {
-        bail!("{}: there is no level {level}: the levels are 0 (finest) to {base} (base)", uwm.name);
-    }
+    wanted.iter().try_for_each(|&level| uwm.check_level(level))?;
     let finest = wanted.iter().copied().min().unwrap_or(0);
-    // Level 0 takes the whole file, and all its checksums with it.
-    let way = (finest > 0).then(|| plan(&contents, Want::Level(finest)));
+    let way = uwm.way_to(finest)?;
+    if let Some(there) = uwm.cut().filter(|_| finest == 0) {
+        note(&uwm.cut_text(there));
+    }
     let until = Until { level: finest, ..Until::default() };
     let mut meshes = BTreeMap::new();
     let decoder = uwm.decode(way.as_ref(), until, progress, &mut |decoder, event| {
@@ -211,7 +214,7 @@ pub fn levels(
         Ok(())
     })?;
     // Level 0 is complete with its residue alone.
-    meshes.insert(finest, decoder.assembled()?);
+    meshes.insert(decoder.level().unwrap_or(finest), decoder.assembled()?);
     Ok(meshes)
 }
 
@@ -240,57 +243,60 @@ impl Look {
 pub const TURN: f64 = 25.0;
 pub const TILT: f64 = 20.0;
 
-fn check(args: &Args) -> anyhow::Result<()> {
-    let png = args.output.extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
-    if !is_stream(&args.output) && !png {
-        return Err(Usage(format!("{}: the name must end in .png", args.output.display())).into());
+/// Where the picture goes: as is wanted, or beside the input, if nothing of somebody else's is in the way.
+fn output(args: &Args) -> anyhow::Result<Output> {
+    let beside = || {
+        let mut path = args.input.clone().into_os_string();
+        path.push(".png");
+        PathBuf::from(path)
+    };
+    let path = match &args.output {
+        Some(path) => path.clone(),
+        None if is_stream(&args.input) => {
+            let what = "a picture of standard input has no file to stand beside: name one with -o";
+            return Err(Usage(what.to_owned()).into());
+        }
+        None => beside(),
+    };
+    if !is_stream(&path) && !path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) {
+        return Err(Usage(format!("{}: the name must end in .png", path.display())).into());
     }
-    if args.json && is_stream(&args.output) {
-        return Err(Usage("--json and -o - both want standard output".to_owned()).into());
+    // What is missing needs no place for a picture.
+    let missing = || args.input.metadata().with_context(|| input::name(&args.input));
+    if args.output.is_none() {
+        missing()?;
+        if path.exists() && !args.force && !is_ours(&path).with_context(|| path.display().to_string())? {
+            let what = "is there, and none of our pictures: --force replaces it, -o names another";
+            return Err(Usage(format!("{} {what}", path.display())).into());
+        }
     }
-    Ok(())
+    Output::new(&path, [&*args.input])
+}
+
+/// Whether a file is a picture that says it was drawn here.
+fn is_ours(path: &Path) -> io::Result<bool> {
+    let mut first = Vec::new();
+    File::open(path)?.take(256).read_to_end(&mut first)?;
+    let mark = [b"tEXtSoftware\0", SOFTWARE.as_bytes()].concat();
+    Ok(first.windows(mark.len()).any(|bytes| bytes == mark))
 }
 
 /// What to draw by its level, if it has one, and what the file has besides.
 type Meshes = (BTreeMap<Option<u32>, IndexedMesh>, Vec<String>);
 
 fn meshes(args: &Args, progress: &mut Progress) -> anyhow::Result<Meshes> {
-    let name = input::name(&args.input);
-    let (uwm, bytes) = if is_stream(&args.input) {
-        let bytes = input::read_bytes(&args.input)?;
-        (bytes.starts_with(MAGIC), Some(bytes))
-    } else {
-        (is_uwm(&args.input)?, None)
+    let source = match Input::open(&args.input, args.max_memory)? {
+        Input::Levels(mut uwm) => {
+            let levels = levels(&mut uwm, &args.level, progress)?;
+            return Ok((levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(), Vec::new()));
+        }
+        Input::Mesh(source) => source,
     };
-    if uwm {
-        let mut uwm = match bytes {
-            Some(bytes) => Uwm::in_memory(bytes, &name)?.within(args.max_memory),
-            None => Uwm::open(&args.input, args.max_memory)?,
-        };
-        let wanted = if args.level.is_empty() { &[0][..] } else { &args.level };
-        let levels = levels(&mut uwm, wanted, progress)?;
-        return Ok((levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(), Vec::new()));
-    }
     if !args.level.is_empty() {
-        return Err(Usage(format!("{name} has no levels: --level is for .uwm files")).into());
+        return Err(input::without_levels(&args.input).into());
     }
-    let source = match bytes {
-        Some(bytes) => formats::read_bytes(&bytes, None, "").with_context(|| name)?,
-        None => input::read(&args.input)?,
-    };
     Ok((BTreeMap::from([(None, source.mesh)]), source.dropped))
 }
-
-/// Whether a file begins like, or at least is called, a `.uwm` file.
-fn is_uwm(path: &Path) -> anyhow::Result<bool> {
-    let mut first = Vec::new();
-    let read = File::open(path).and_then(|file| file.take(MAGIC.len() as u64).read_to_end(&mut first));
-    read.with_context(|| input::name(path))?;
-    Ok(first == MAGIC || path.extension().is_some_and(|e| e.eq_ignore_ascii_case("uwm")))
-}
-
-/// What a `.uwm` file begins with and no mesh does (spec §3.2).
-const MAGIC: &[u8] = b"\x89UWM";
 
 /// `1200x800`.
 fn pixels(text: &str) -> Result<(u32, u32), String> {
@@ -319,6 +325,7 @@ fn colour(text: &str) -> Result<Background, String> {
 
 const EXAMPLES: &str = "\
 EXAMPLES
+  unweld view bunny.ply                                          a picture beside it, bunny.ply.png
   unweld view bunny.ply -o bunny.png
   unweld view bunny.uwm -o levels.png --level 12,6,0 --wireframe --size 2100x720
   unweld view part.obj -o part.png --up z --turn -30 --tilt 35 --smooth --background none

@@ -153,7 +153,10 @@ pub fn render_with(
     Ok(Picture { width: view.width, height: view.height, pixels, drawn })
 }
 
-/// Writes a picture as PNG, 8 bits a channel; with a channel for the opacity where not all of it is opaque.
+/// What a picture's file calls the program that drew it.
+pub const SOFTWARE: &str = "unweld";
+
+/// Writes a picture as PNG, 8 bits a channel; with a channel for the opacity where not all of it is opaque, and with the name of the program.
 ///
 /// # Errors
 /// Those of `out`.
@@ -163,6 +166,7 @@ pub fn write_png(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
     encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
+    encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned())?;
     let mut writer = encoder.write_header()?;
     if opaque {
         let colours: Vec<u8> =

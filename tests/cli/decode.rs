@@ -106,22 +106,61 @@ fn a_download_that_broke_off_gives_what_it_holds() {
     let info = folder.info("sphere.uwm");
     let level = levels(&info).iter().find(|level| level["level"] == 2).unwrap();
     folder.write("part.uwm", &folder.bytes("sphere.uwm")[..number(&level["cumulative_bytes"]) + 10]);
-    folder.run("decode part.uwm -o part.ply --max-bytes 1G").succeeded();
-    assert_eq!(folder.read("part.ply").triangles.len(), number(&level["triangles"]));
-    let run = folder.run("decode part.uwm -o whole.ply");
-    assert_eq!(run.code, 1);
-    assert!(run.err.contains("the file is cut off"), "{}", run.err);
+    let cut = number(&level["cumulative_bytes"]) + 10;
+    for options in ["", "--max-bytes 1G"] {
+        let run = folder.run(&format!("decode part.uwm -o part.ply {options}"));
+        let base = levels(&info).len() - 1;
+        let line = format!(
+            "cut off at byte {} of {}: level 2 of {base} is there",
+            grouped(cut),
+            grouped(number(&info["file_bytes"]))
+        );
+        assert_eq!((run.code, run.err), (0, format!("unweld: part.uwm: {line}\n")));
+        assert_eq!(folder.read("part.ply").triangles.len(), number(&level["triangles"]));
+    }
+    // Whoever wants no more than is there is told of nothing.
+    folder.run(&format!("decode part.uwm -o part.ply --max-bytes {cut}")).succeeded();
+}
+
+/// In groups of three digits, below a million.
+fn grouped(n: usize) -> String {
+    if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }
 }
 
 #[test]
 fn all_levels_into_a_folder() {
     let folder = Folder::with_sphere();
     let info = folder.info("sphere.uwm");
-    folder.run("decode sphere.uwm --all-levels new/levels").succeeded();
-    for level in levels(&info) {
-        let mesh = folder.read(&format!("new/levels/level-{}.ply", level["level"]));
+    let run = folder.run("decode sphere.uwm --all-levels new/levels").succeeded();
+    assert_eq!(run.text().lines().count(), levels(&info).len());
+    for (level, line) in levels(&info).iter().zip(run.text().lines()) {
+        let name = format!("new/levels/level-{}.ply", level["level"]);
+        let mesh = folder.read(&name);
         assert_eq!(mesh.triangles.len(), number(&level["triangles"]));
+        let [vertices, triangles] = [mesh.positions.len(), mesh.triangles.len()].map(grouped);
+        let told = format!("{name}: {vertices} vertices, {triangles} triangles, error at most ");
+        assert!(line.starts_with(&told), "{line}");
     }
+    assert!(folder.run("decode sphere.uwm --all-levels new/levels -q").succeeded().out.is_empty());
+    let told = folder.run("decode sphere.uwm --all-levels new/levels -o new/whole.stl --json").json();
+    let written = told["all_levels"].as_array().unwrap();
+    assert_eq!(written.len(), levels(&info).len());
+    for (level, written) in levels(&info).iter().zip(written) {
+        assert_eq!(written["file"], format!("new/levels/level-{}.stl", level["level"]));
+        for key in ["level", "vertices", "triangles", "max_error"] {
+            assert_eq!(written[key], level[key], "{key}");
+        }
+    }
+    assert_eq!(told["output"]["file"], "new/whole.stl");
+    assert_eq!(told["output"]["triangles"], 1280);
+    // What an STL file loses.
+    assert_eq!(told["warnings"].as_array().unwrap().len(), 2);
+    let plain = folder.run("decode sphere.uwm -o whole.ply --level 2 --json").json();
+    assert_eq!(
+        (plain["output"]["level"].as_u64(), &plain["all_levels"], &plain["warnings"]),
+        (Some(2), &serde_json::json!([]), &serde_json::json!([]))
+    );
+    folder.run("decode sphere.uwm -o - --json").refused("both want standard output");
     folder.run("decode sphere.uwm --all-levels obj -o out.obj --level 3").succeeded();
     let count = std::fs::read_dir(folder.path("obj")).unwrap().count();
     assert_eq!(count, levels(&info).len() - 3, "levels finer than wanted are not written");

@@ -312,6 +312,11 @@ fn the_demo_shows_what_it_does() {
         assert!(run.text().contains(words), "{words}: {}", run.text());
     }
     assert!(folder.bytes("show/demo.png").starts_with(b"\x89PNG"));
+    // As whoever runs it here can: by cargo, unless the shell finds a program of that name.
+    let paths = std::env::var_os("PATH").unwrap();
+    let found = std::env::split_paths(&paths).any(|folder| folder.join("unweld").is_file());
+    let called = if found { "unweld" } else { "cargo run --" };
+    assert!(run.text().contains(&format!("\n  {called} view show/demo.uwm\n")), "{}", run.text());
     assert_eq!(folder.info("show/demo.uwm")["triangles"], 81_920);
     assert_eq!(folder.list(), ["show"]);
 }

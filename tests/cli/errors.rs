@@ -96,6 +96,49 @@ fn help_and_version() {
     }
 }
 
+/// Every option with a number tells which numbers it takes.
+#[test]
+fn ranges_in_the_help() {
+    let folder = Folder::new();
+    let numbers = [
+        "<N>",
+        "<J>",
+        "<K>",
+        "<A>",
+        "<B>",
+        "<D>",
+        "<S>",
+        "<E>",
+        "<R>",
+        "<SECONDS>",
+        "<DEGREES>",
+        "<WxH>",
+        "<J,…>",
+    ];
+    let told = [" to ", "or more", "at least", "any angle"];
+    for command in
+        ["encode", "decode", "info", "verify", "measure", "simplify", "view", "serve", "fetch", "demo"]
+    {
+        let help = folder.run(&format!("{command} --help")).succeeded();
+        let text = help.text().split_once("Options:").unwrap().1.split("EXAMPLES").next().unwrap().to_owned();
+        let mut options: Vec<String> = Vec::new();
+        for line in text.lines() {
+            match line.trim_start().starts_with('-') {
+                true => options.push(line.to_owned()),
+                false => options
+                    .iter_mut()
+                    .last()
+                    .into_iter()
+                    .for_each(|option| *option += &format!(" {}", line.trim())),
+            }
+        }
+        assert!(options.len() > 2, "{command}: {text}");
+        for option in options.iter().filter(|option| numbers.iter().any(|number| option.contains(number))) {
+            assert!(told.iter().any(|words| option.contains(words)), "{command}: {option}");
+        }
+    }
+}
+
 #[test]
 fn a_failure_leaves_the_older_file_and_nothing_else() {
     let folder = Folder::with_sphere();
@@ -106,7 +149,7 @@ fn a_failure_leaves_the_older_file_and_nothing_else() {
     let before = folder.list();
     assert_eq!(folder.run("encode bad.ply -o old.uwm").code, 1);
     assert_eq!(folder.run("encode sphere.ply -o old.uwm --max-memory 9").code, 1);
-    assert_eq!(folder.run("decode bad.uwm -o old.ply").code, 1);
+    assert_eq!(folder.run("decode bad.uwm -o old.ply --level 0").code, 1);
     assert_eq!(folder.run("simplify bad.ply -o old.ply --faces 10").code, 1);
     assert_eq!(folder.bytes("old.uwm"), b"precious");
     assert_eq!(folder.bytes("old.ply"), b"precious");
@@ -114,9 +157,6 @@ fn a_failure_leaves_the_older_file_and_nothing_else() {
     folder.run("encode sphere.ply -o old.uwm").succeeded();
     folder.run("verify old.uwm sphere.ply").succeeded();
     assert_eq!(folder.list(), before);
-    // From a file to itself.
-    folder.run("simplify sphere.ply -o sphere.ply --faces 100").succeeded();
-    assert_eq!(folder.read("sphere.ply").triangles.len(), 100);
 }
 
 #[cfg(unix)]
@@ -168,7 +208,17 @@ fn a_reader_that_leaves_early_is_no_fault() {
 fn damage_is_refused_and_never_more() {
     let folder = Folder::with_sphere();
     let file = folder.bytes("sphere.uwm");
-    let mut damaged: Vec<Vec<u8>> = (0..24).map(|k| file[..file.len() * k / 24].to_vec()).collect();
+    for k in 0..24 {
+        folder.write("bad.uwm", &file[..file.len() * k / 24]);
+        let run = folder.run("verify bad.uwm");
+        assert_eq!((run.code, run.err.lines().count()), (1, 1), "{k}: {}", run.err);
+        assert!(
+            run.err.contains(&format!("byte {}: the file is cut off", file.len() * k / 24)),
+            "{}",
+            run.err
+        );
+    }
+    let mut damaged: Vec<Vec<u8>> = Vec::new();
     for k in 0..24 {
         let mut copy = file.clone();
         copy[file.len() * k / 24] ^= 1 << (k % 8);
@@ -176,7 +226,9 @@ fn damage_is_refused_and_never_more() {
     }
     for (k, bytes) in damaged.iter().enumerate() {
         folder.write("bad.uwm", bytes);
-        for command in ["verify bad.uwm", "decode bad.uwm -o x.ply"] {
+        for command in
+            ["verify bad.uwm", "decode bad.uwm -o x.ply", "view bad.uwm -o x.png", "encode bad.uwm -o x.uwm"]
+        {
             let run = folder.run(command);
             assert_eq!((run.code, run.err.lines().count()), (1, 1), "{command} of {k}: {}", run.err);
         }

@@ -4,11 +4,14 @@
 mod batch;
 #[cfg(feature = "cloud")]
 mod cloud;
+mod cut;
 mod decode;
 mod encode;
 mod errors;
 mod exact;
+mod files;
 mod foreign;
+mod inputs;
 mod measure;
 mod serve;
 mod simplify;

@@ -49,6 +49,69 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
 }
 
 #[test]
+fn a_part_of_the_triangles() {
+    let folder = Folder::new();
+    folder.mesh("m.ply", &shapes::bumpy_sphere(3, 2));
+    for (ratio, faces) in [("0.25", 320), ("25%", 320), ("0.1", 128), ("100%", 1280)] {
+        folder.run(&format!("simplify m.ply -o out.ply --ratio {ratio} -q")).succeeded();
+        folder.run(&format!("simplify m.ply -o same.ply --faces {faces} -q")).succeeded();
+        assert_eq!(folder.bytes("out.ply"), folder.bytes("same.ply"), "{ratio}");
+        assert_eq!(folder.read("out.ply").triangles.len(), faces);
+    }
+    for goals in [
+        "",
+        "--faces 9 --ratio 0.1",
+        "--ratio 0.1 --error 1%",
+        "--ratio 0",
+        "--ratio 1.5",
+        "--ratio 101%",
+        "--error -1",
+    ] {
+        assert_eq!(folder.run(&format!("simplify m.ply -o x.ply {goals}")).code, 2, "{goals}");
+    }
+}
+
+/// The distance is measured by another command, from other points.
+#[test]
+fn within_an_error() {
+    let folder = Folder::new();
+    for mesh in [shapes::bumpy_sphere(3, 2), shapes::torus_with_hole(30, 20)] {
+        folder.mesh("m.ply", &mesh);
+        let mut before = usize::MAX;
+        for percent in [0.1, 0.5, 2.0] {
+            let json = folder.run(&format!("simplify m.ply -o out.ply --error {percent}% --json")).json();
+            let measured = folder.run("measure m.ply out.ply --samples 300000 --seed 9 --json").json();
+            let error = measured["symmetric"]["max_percent"].as_f64().unwrap();
+            // Between the samples it may be a little more.
+            assert!(error <= percent * 1.02, "{error} for {percent}");
+            assert!(json["max_error_percent"].as_f64().unwrap() <= percent);
+            let triangles = folder.read("out.ply").triangles.len();
+            assert!(triangles < before, "more may go with a larger error");
+            before = triangles;
+            // In the units of the mesh it is the same.
+            let length = mesh.diagonal() * percent / 100.0;
+            folder.run(&format!("simplify m.ply -o same.ply --error {length} -q")).succeeded();
+            assert_eq!(folder.bytes("out.ply"), folder.bytes("same.ply"));
+        }
+        assert!(before < mesh.triangles.len() / 2, "{before}");
+    }
+    // A plane can do without all that is within.
+    let n = 12u32;
+    let positions = (0..n * n).map(|k| [f64::from(k % n), f64::from(k / n), 0.0]).collect();
+    let cell =
+        |k: u32| (k % n + 1 < n && k / n + 1 < n).then(|| [[k, k + 1, k + n + 1], [k, k + n + 1, k + n]]);
+    folder.mesh("plane.ply", &IndexedMesh::new(positions, (0..n * n).filter_map(cell).flatten().collect()));
+    folder.run("simplify plane.ply -o out.ply --error 0.000001% --lock-boundary -q").succeeded();
+    let boundary = 4 * (n as usize - 1);
+    assert_eq!(folder.read("out.ply").triangles.len(), boundary - 2, "a polygon's triangles");
+    // What cannot be is told.
+    folder.write("spike.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 9 9 9\nf 1 2 3\nf 1 4 4\n");
+    let run = folder.run("simplify spike.obj -o out.ply --error 0.01");
+    assert_eq!(run.code, 0);
+    assert!(run.err.contains("above the 0.0100 wanted, by what was left out"), "{}", run.err);
+}
+
+#[test]
 fn what_is_left_out_is_told() {
     let folder = Folder::new();
     let mut mesh = shapes::sphere(2);

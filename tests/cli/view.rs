@@ -38,7 +38,10 @@ fn levels_stand_side_by_side_in_the_order_given() {
     let info = folder.info("sphere.uwm");
     let base = levels(&info).len() - 1;
     let told = folder.run(&format!("view sphere.uwm -o s.png --level {base},0 --level 2 --json")).json();
-    assert_eq!(keys(&told), ["bytes", "dropped", "height", "meshes", "seconds", "warnings", "width"]);
+    assert_eq!(
+        keys(&told),
+        ["bytes", "dropped", "height", "meshes", "output", "seconds", "warnings", "width"]
+    );
     assert_eq!((&told["width"], &told["height"]), (&2400.into(), &800.into()));
     assert_eq!(told["bytes"], folder.bytes("s.png").len());
     let meshes = told["meshes"].as_array().unwrap();
@@ -150,11 +153,11 @@ fn faults() {
     assert!(few.err.ends_with("(--max-memory allows more)\n"), "{}", few.err);
     // The first bytes have the coarse levels, whatever is missing behind them.
     folder.write("early.uwm", &folder.bytes("sphere.uwm")[..2000]);
-    assert_eq!(folder.run("view early.uwm -o x.png").code, 1);
+    assert_eq!(folder.run("view early.uwm -o x.png --level 0").code, 1);
     assert!(!folder.path("x.png").exists());
     folder.run(&format!("view early.uwm -o early.png --level {base}")).succeeded();
     for arguments in [
-        "view sphere.ply",
+        "view -",
         "view sphere.ply -o x.jpg",
         "view sphere.ply -o x",
         "view sphere.ply -o x.png --level 0",
@@ -172,4 +175,34 @@ fn faults() {
     let run = folder.run("view sphere.ply -o x.png --level 0");
     assert!(run.err.contains("sphere.ply has no levels: --level is for .uwm files"), "{}", run.err);
     assert!(!folder.list().iter().any(|name| name.starts_with('x')));
+}
+
+#[test]
+fn without_a_name_the_picture_stands_beside_its_mesh() {
+    let folder = Folder::with_sphere();
+    std::fs::create_dir(folder.path("in")).unwrap();
+    folder.write("in/a.uwm", folder.bytes("sphere.uwm"));
+    let run = folder.run("view in/a.uwm --size 40x30").succeeded();
+    assert!(run.text().starts_with("in/a.uwm -> in/a.uwm.png\n"), "{}", run.text());
+    folder.run("view in/a.uwm -o a.png --size 40x30 -q").succeeded();
+    assert_eq!(folder.bytes("in/a.uwm.png"), folder.bytes("a.png"));
+    // Our own picture may be drawn anew, nobody else's: not even one in the same format.
+    let told = folder.run("view in/a.uwm --level 2 --size 50x30 --json").json();
+    assert_eq!((&told["output"], &told["width"]), (&"in/a.uwm.png".into(), &50.into()));
+    let mut theirs = Vec::new();
+    let mut encoder = png::Encoder::new(&mut theirs, 1, 1);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.write_header().unwrap().write_image_data(&[7]).unwrap();
+    for theirs in [&theirs[..], b"", b"my thesis"] {
+        folder.write("in/a.uwm.png", theirs);
+        folder.run("view in/a.uwm").refused("in/a.uwm.png is there, and none of our pictures");
+        assert_eq!(folder.bytes("in/a.uwm.png"), theirs);
+    }
+    folder.run("view in/a.uwm --force -q").succeeded();
+    assert_eq!(picture(&folder.bytes("in/a.uwm.png")).0, 800);
+    // A name that is given is meant.
+    folder.write("b.png", "old");
+    folder.run("view in/a.uwm -o b.png -q").succeeded();
+    folder.run("view no.uwm").failed(1, "no.uwm: No such file or directory (os error 2)");
+    folder.run_with("view -", &folder.bytes("sphere.uwm")).refused("name one with -o");
 }

@@ -387,3 +387,35 @@ fn two_at_once_and_an_interruption() {
         "{err}"
     );
 }
+
+/// While it comes, and after, nobody may read what nobody could read before.
+#[test]
+#[cfg(unix)]
+fn what_is_replaced_keeps_its_access() {
+    use std::fs::{Permissions, metadata, set_permissions};
+    use std::os::unix::fs::{MetadataExt, PermissionsExt};
+    let (file, _) = coded(1);
+    let served = file.clone();
+    let script = stalls_first(file.clone(), move |asked| asked.answer(&served, "\"one\""));
+    let folder = Folder::new();
+    let mode = |name: &str| metadata(folder.path(name)).unwrap().mode() & 0o777;
+    std::fs::write(folder.path("a.uwm"), "old").unwrap();
+    set_permissions(folder.path("a.uwm"), Permissions::from_mode(0o600)).unwrap();
+    let command = format!("fetch {} -o a.uwm", script.url());
+    let mut child = folder.start(&command);
+    while !metadata(folder.path("a.uwm.part")).is_ok_and(|part| part.len() > 3000) {
+        std::thread::sleep(Duration::from_millis(5));
+        assert!(child.try_wait().unwrap().is_none(), "it ended");
+    }
+    assert_eq!(
+        (mode("a.uwm.part"), mode("a.uwm.part.json"), folder.bytes("a.uwm")),
+        (0o600, 0o600, b"old".to_vec())
+    );
+    child.kill().unwrap();
+    child.wait().unwrap();
+    folder.run(&command).succeeded();
+    assert_eq!(
+        (folder.list(), folder.bytes("a.uwm"), mode("a.uwm")),
+        (vec!["a.uwm".to_owned()], file, 0o600)
+    );
+}

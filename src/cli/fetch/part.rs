@@ -1,6 +1,7 @@
 //! What has come of a file so far: `OUT.part`, each atom at its place in the file, and `OUT.part.json`, which tells of what version.
 
 use super::super::output::Output;
+use super::super::replace::{self, Replacement, keep_access};
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use std::fs::{self, File};
@@ -46,6 +47,8 @@ impl Part {
         let paths = [target.to_owned(), beside(".part"), beside(".part.json")];
         let name = paths[1].display().to_string();
         let file = lock(&paths[1]).with_context(|| name.clone())?;
+        // Nobody may read it who may not read what it replaces.
+        keep_access(&file, target).with_context(|| name.clone())?;
         let part = Self { paths: Some(paths), file, name };
         if part.length()? > 0 && part.note().is_none() {
             bail!("{}: this file is in the way, and nothing tells what it is part of", part.name);
@@ -107,16 +110,16 @@ impl Part {
     /// # Errors
     /// Those of the medium.
     pub fn begin(&mut self, address: &str, version: &Version) -> anyhow::Result<()> {
-        let Some([_, _, note]) = &self.paths else { return Ok(()) };
+        let Some([_, part, note]) = &self.paths else { return Ok(()) };
         let Version { tag, modified, bytes } = version;
         let object = json!({ "address": address, "tag": tag, "modified": modified, "bytes": bytes });
-        let folder = note.parent().filter(|folder| *folder != Path::new("")).unwrap_or(Path::new("."));
         let write = || {
-            let mut file = tempfile::Builder::new().prefix(".unweld-").tempfile_in(folder)?;
-            writeln!(file, "{object:#}")?;
-            file.persist(note).map_err(|e| e.error)
+            let mut file = Replacement::new(note)?;
+            keep_access(file.file(), part)?;
+            writeln!(file.file(), "{object:#}")?;
+            file.finish()
         };
-        write().map(drop).with_context(|| note.display().to_string())
+        write().with_context(|| note.display().to_string())
     }
 
     /// Puts bytes in their place.
@@ -151,8 +154,7 @@ impl Part {
         let Some([target, part, note]) = &self.paths else { return Ok(()) };
         let rename = || {
             self.file.set_len(length)?;
-            self.file.sync_all()?;
-            fs::rename(part, target)
+            replace::rename(&self.file, part, target)
         };
         rename().with_context(|| target.display().to_string())?;
         let _ = fs::remove_file(note);

@@ -7,7 +7,7 @@ use crate::codec::correction::Correction;
 use crate::codec::order::Order;
 use crate::codec::residue::Residue;
 use crate::codec::walk::Walk;
-use crate::container::{Contents, Metadata, Parsed, Parser, Plan};
+use crate::container::{Contents, Metadata, Parsed, Parser, Plan, Want};
 use crate::error::{Error, FormatError, Result};
 use crate::limits::Limits;
 use crate::mesh::{IndexedMesh, Vertex};
@@ -17,7 +17,10 @@ use std::collections::VecDeque;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// How far to decode; decoding ends before the first operation beyond any of these.
+/// Where decoding stops: before the first operation beyond any of these.
+///
+/// A [`Plan`] is what is to be fetched for a [`Want`], in whole atoms; this is exact to the operation, and serves a decoder that is
+/// given more than its plan. [`Until::of`] makes one of the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Until {
     /// The finest level wanted.
@@ -32,6 +35,19 @@ impl Default for Until {
     /// As far as the file goes.
     fn default() -> Self {
         Self { level: 0, operations: u64::MAX, triangles: u32::MAX }
+    }
+}
+
+impl Until {
+    /// Where a decoder of this file stops for what is wanted; bytes are bounded by what it is given.
+    pub fn of(want: Want, contents: &Contents) -> Self {
+        let all = Self::default();
+        match want {
+            Want::Level(level) => Self { level, ..all },
+            Want::Error(measure, most) => Self { level: contents.level_within(measure, most), ..all },
+            Want::Triangles(triangles) => Self { triangles, ..all },
+            Want::Bytes(_) | Want::All => all,
+        }
     }
 }
 

@@ -54,14 +54,14 @@
 //! # Take a level of detail with an error below a bound
 //! ```
 //! # #[cfg(feature = "encode")] {
-//! use unweld::container::{Want, parse_contents, plan};
+//! use unweld::container::{Measure, Want, parse_contents, plan};
 //! use unweld::decoder::{Decoder, Options, Until};
 //!
 //! # let file = unweld::encoder::Encoder::default().encode_to_vec(&unweld::mesh::shapes::bumpy_sphere(4, 1))?;
 //! // The table of contents tells which bytes are needed; only those have to be fetched.
 //! let contents = parse_contents(&file)?.expect("the table of contents is there");
-//! let plan = plan(&contents, Want::MaxError(0.1));
-//! let until = Until { level: plan.level, ..Until::default() };
+//! let want = Want::Error(Measure::Max, 0.1);
+//! let (plan, until) = (plan(&contents, want), Until::of(want, &contents));
 //! let mut decoder = Decoder::of_plan(contents, &plan, Options { until, ..Options::default() });
 //! for part in &plan.parts {
 //!     decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);

@@ -21,7 +21,7 @@ use std::sync::Arc;
 use surface::Surface;
 
 /// Settings of a client.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, Default)]
 pub struct Settings {
     /// How far to decode.
     pub want: Want,
@@ -32,12 +32,6 @@ pub struct Settings {
     pub undo: bool,
     /// Whether [`Changes::jump`] is wanted.
     pub jumps: bool,
-}
-
-impl Default for Settings {
-    fn default() -> Self {
-        Self { want: Want::All, relative: false, undo: false, jumps: false }
-    }
 }
 
 /// A decoder that collects what has changed until it is asked for it.

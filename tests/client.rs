@@ -1,8 +1,9 @@
 //! What a browser gets (feature `wasm`): a copy of the mesh that changes are applied to is the mesh.
 
-use unweld::container::Want;
+use unweld::codec::grid::Real;
+use unweld::container::{Level, Measure, Want, parse_contents};
 use unweld::decoder::{Options, decode};
-use unweld::encoder::{Encoder, Options as Encoding, Preview};
+use unweld::encoder::{Encoder, Keyframes, Options as Encoding, Preview};
 use unweld::mesh::distance::{Sampling, surface_distances};
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::wasm::{Changes, Client, Settings};
@@ -174,6 +175,43 @@ fn only_what_is_wanted() {
     assert_eq!(copy.triangles.len(), contents.level(3).unwrap().triangles as usize);
     assert_eq!(client.end(), Some(contents.bytes(contents.steps(3)).end));
     assert!(report.contains(r#""type":"end""#) && !report.contains(r#""type":"residue""#));
+}
+
+#[test]
+fn level_0_is_all() {
+    let mut mesh = shapes::bumpy_sphere(2, 1);
+    mesh.triangles.push(mesh.triangles[7]);
+    let encoding = Encoding {
+        exact: Some(Real::Binary64),
+        keep_order: true,
+        keyframes: Keyframes::All,
+        ..Encoding::default()
+    };
+    let file = Encoder::new(encoding).encode_to_vec(&mesh).unwrap();
+    let (_, whole, report) = follow(&file, 200, 1, Settings::default());
+    assert!(report.contains(r#""type":"residue""#) && report.contains(r#""type":"metadata""#));
+    assert_eq!(whole.triangles.len(), 321, "the triangle that is there twice");
+    for want in [Want::Level(0), Want::Error(Measure::Max, 0.0), Want::Error(Measure::Rms, 0.0)] {
+        let (client, copy, told) = follow(&file, 200, 1, Settings { want, ..Settings::default() });
+        assert_eq!((copy.soup(), told), (whole.soup(), report.clone()), "{want:?}");
+        assert!(client.decoder().order().is_some() && client.decoder().correction().is_some());
+    }
+}
+
+#[test]
+fn an_error_by_either_measure() {
+    let file = file(&shapes::bumpy_sphere(3, 1));
+    let contents = parse_contents(&file).unwrap().unwrap();
+    let most = contents.levels[4].max_error;
+    let coarsest = |error: fn(&Level) -> f64| contents.levels.iter().rposition(|l| error(l) <= most).unwrap();
+    let by_max = coarsest(|level| level.max_error);
+    let by_rms = coarsest(|level| level.rms_error.into());
+    assert!(by_rms > by_max, "{by_rms} {by_max}");
+    for (measure, level) in [(Measure::Max, by_max), (Measure::Rms, by_rms)] {
+        let settings = Settings { want: Want::Error(measure, most), ..Settings::default() };
+        let (_, copy, _) = follow(&file, 200, 1, settings);
+        assert_eq!(copy.triangles.len(), contents.levels[level].triangles as usize, "{measure:?}");
+    }
 }
 
 #[test]

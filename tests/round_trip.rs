@@ -227,7 +227,7 @@ fn every_plan_is_enough_and_leads_where_it_says() {
         );
     }
     for bytes in (0..file.len() as u64).step_by(97) {
-        follow(&plan(&contents, Want::PrefixBytes(bytes)));
+        follow(&plan(&contents, Want::Bytes(bytes)));
     }
 }
 

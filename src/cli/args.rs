@@ -2,6 +2,7 @@
 
 use clap::ValueEnum;
 use std::path::Path;
+use unweld::container::Measure;
 use unweld::encoder::{self, Keyframes};
 use unweld::mesh::topology;
 use unweld::simplify;
@@ -162,6 +163,27 @@ pub fn tolerance(text: &str) -> Result<Tolerance, String> {
     }
 }
 
+/// The error that a level may have.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Bound {
+    /// Which of its errors.
+    pub measure: Measure,
+    /// How large that may be.
+    pub most: Tolerance,
+}
+
+/// A tolerance of the largest error, or with `rms:` before it, of the root mean square.
+pub fn bound(text: &str) -> Result<Bound, String> {
+    let (measure, most) = match text.split_once(':') {
+        Some(("rms", most)) => (Measure::Rms, most),
+        Some(("max", most)) => (Measure::Max, most),
+        _ => (Measure::default(), text),
+    };
+    let most =
+        tolerance(most).map_err(|what| format!("{what}, with rms: before it for the root mean square"))?;
+    Ok(Bound { measure, most })
+}
+
 /// A part of a whole, above 0 and at most 1: `0.1` or `10%`.
 pub fn part(text: &str) -> Result<f64, String> {
     let (number, whole) = text.strip_suffix('%').map_or((text, 1.0), |number| (number.trim_end(), 100.0));
@@ -236,6 +258,17 @@ mod tests {
         assert_eq!(tolerance("2 %"), Ok(Tolerance::Percent(2.0)));
         for text in ["", "%", "-1", "nan", "inf%", "1%%"] {
             assert!(tolerance(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn bounds() {
+        let bounded = |measure, most| Ok(Bound { measure, most });
+        assert_eq!(bound("0.5"), bounded(Measure::Max, Tolerance::Absolute(0.5)));
+        assert_eq!(bound("max:2%"), bounded(Measure::Max, Tolerance::Percent(2.0)));
+        assert_eq!(bound("rms:2%"), bounded(Measure::Rms, Tolerance::Percent(2.0)));
+        for text in ["", "rms", "rms:", "mean:1", "rms:max:1", "RMS:1", ":1", "rms:-1"] {
+            assert!(bound(text).is_err(), "{text}");
         }
     }
 

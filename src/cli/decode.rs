@@ -1,12 +1,13 @@
 //! `unweld decode`: from a `.uwm` file, or as much of it as is wanted, to a foreign mesh.
 
-use super::args::{Tolerance, is_stream, size, tolerance};
+use super::args::{Bound, Tolerance, is_stream, size};
 use super::describe::diagonal;
 use super::failure::{Usage, note};
 use super::input;
 use super::numbers::{count, grouped, of_diagonal, significant};
 use super::output::{MeshFormat, Output, remark, say};
 use super::progress::Progress;
+use super::quality::Quality;
 use super::uwm::Uwm;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
@@ -15,7 +16,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
 use unweld::codec::walk::Walk;
-use unweld::container::{Contents, Plan, Want, plan, plan_from_keyframe};
+use unweld::container::{Contents, Measure, Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::{IndexedMesh, Lattice};
 
@@ -31,6 +32,9 @@ pub struct Args {
     output: Option<PathBuf>,
     #[command(flatten)]
     quality: Quality,
+    /// The base and K operations, 0 to the number that `info` tells
+    #[arg(long, value_name = "K", conflicts_with = "Quality")]
+    operations: Option<u64>,
     /// Where to start: from the base, or from the keyframe next to the wanted level
     #[arg(long, value_enum, default_value = "replay")]
     via: Via,
@@ -46,27 +50,6 @@ pub struct Args {
     /// Nothing but errors
     #[arg(long, short)]
     quiet: bool,
-}
-
-/// How much is wanted; everything, where nothing is said.
-#[derive(clap::Args)]
-#[group(multiple = false)]
-struct Quality {
-    /// Level J, from 0, the finest, to the base's, which `info` tells
-    #[arg(long, value_name = "J")]
-    level: Option<u32>,
-    /// As fine as possible with at most N triangles, 0 or more; the base at least
-    #[arg(long, value_name = "N")]
-    faces: Option<u32>,
-    /// The coarsest level with at most this error, 0 or more: a length, or a part of the diagonal such as 0.5%
-    #[arg(long, value_name = "E", value_parser = tolerance)]
-    error: Option<Tolerance>,
-    /// What the first B bytes hold, in whole atoms; those of the base at least
-    #[arg(long, value_name = "B", value_parser = size)]
-    prefix_bytes: Option<u64>,
-    /// The base and K operations, 0 to the number that `info` tells
-    #[arg(long, value_name = "K")]
-    operations: Option<u64>,
 }
 
 /// How to come to a level.
@@ -112,14 +95,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         levels.push(write_level(&decoder, folder, format, input)?);
     }
     let cut = uwm.cut().filter(|_| short).map(|there| uwm.cut_text(there));
-    if let Some(faces) = args.quality.faces {
-        remark_on_faces(args.quiet, &uwm.name, &decoder, faces);
+    if let Some(most) = args.quality.triangles {
+        remark_on_triangles(args.quiet, &uwm.name, &decoder, most);
     }
     let mut warnings = Vec::new();
     let text = reached(&mut uwm, &decoder)?;
     let mut written = None;
     if let Some(output) = &output {
-        let (mesh, real) = mesh(&decoder, args.quality.faces)?;
+        let (mesh, real) = mesh(&decoder, args.quality.triangles)?;
         let lattice = &uwm.contents.header.lattice;
         write(&mesh, real, lattice, format, output)?;
         let losses = format.losses(&mesh, real.is_none().then_some(lattice));
@@ -192,11 +175,10 @@ fn check(args: &Args) -> anyhow::Result<()> {
     if args.json && args.output.as_deref().is_some_and(is_stream) {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
-    let Quality { faces, prefix_bytes, operations, .. } = &args.quality;
     let partial = [
-        ("--faces", faces.is_some()),
-        ("--prefix-bytes", prefix_bytes.is_some()),
-        ("--operations", operations.is_some()),
+        ("--triangles", args.quality.triangles.is_some()),
+        ("--max-bytes", args.quality.max_bytes.is_some()),
+        ("--operations", args.operations.is_some()),
     ];
     match partial.iter().find(|(_, given)| *given && args.via == Via::Keyframe) {
         Some((name, _)) => Err(Usage(format!("--via keyframe leads to a level, not to {name}")).into()),
@@ -207,16 +189,7 @@ fn check(args: &Args) -> anyhow::Result<()> {
 /// From what is wanted to what that takes.
 fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
     let contents = uwm.contents.clone();
-    let quality = &args.quality;
-    let base = contents.base_level();
-    if let Some(bytes) = quality.prefix_bytes {
-        let there = bytes.min(uwm.length());
-        if there < contents.base_end() {
-            bail!("{}: the base needs {} bytes, {there} are there", uwm.name, contents.base_end());
-        }
-        return Ok(Way { plan: Some(plan(&contents, Want::PrefixBytes(there))), until: Until::default() });
-    }
-    if let Some(operations) = quality.operations {
+    if let Some(operations) = args.operations {
         let most = u64::from(contents.header.vertices - contents.header.base_vertices);
         if operations > most {
             bail!("{}: there are {most} operations, {operations} cannot be carried out", uwm.name);
@@ -225,43 +198,38 @@ fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
         let operations = if operations == most { u64::MAX } else { operations };
         return Ok(Way { plan: None, until: Until { operations, ..Until::default() } });
     }
-    if let Some(triangles) = quality.faces {
-        return Ok(Way { plan: None, until: Until { triangles, ..Until::default() } });
-    }
-    let level = match (quality.level, quality.error) {
-        (Some(level), _) if level > base => {
-            bail!("{}: there is no level {level}: the levels are 0 (finest) to {base} (base)", uwm.name)
-        }
-        (Some(level), _) => level,
-        (_, Some(tolerance)) => {
-            let most = match tolerance {
-                Tolerance::Absolute(error) => error,
-                Tolerance::Percent(percent) => {
-                    percent / 100.0 * diagonal(&contents, uwm.metadata()?.as_ref())
-                }
-            };
-            let finest = contents.levels.first().map_or(0.0, |level| level.max_error);
-            if finest > most {
-                let text = format!(
-                    "{}: level 0 has an error of {}, above the {} wanted",
-                    uwm.name,
-                    significant(finest, 3),
-                    significant(most, 3),
-                );
-                remark(args.quiet, &text);
+    let relative = matches!(args.quality.error, Some(Bound { most: Tolerance::Percent(_), .. }));
+    let metadata = if relative { uwm.metadata()? } else { None };
+    let want = args.quality.want(&contents, || diagonal(&contents, metadata.as_ref()));
+    let want = want.with_context(|| uwm.name.clone())?;
+    let until = Until::of(want, &contents);
+    let plan = match want {
+        Want::Bytes(most) => {
+            let there = most.min(uwm.length());
+            if there < contents.base_end() {
+                bail!("{}: the base needs {} bytes, {there} are there", uwm.name, contents.base_end());
             }
-            plan(&contents, Want::MaxError(most)).level
+            Some(plan(&contents, Want::Bytes(there)))
         }
-        _ => 0,
-    };
-    let until = Until { level, ..Until::default() };
-    let plan = match args.via {
-        Via::Keyframe => Some(plan_from_keyframe(&uwm.contents, level)),
-        // Level 0 takes the whole file, and all its checksums with it.
-        Via::Replay if level == 0 => None,
-        Via::Replay => Some(plan(&contents, Want::Level(level))),
+        Want::Error(measure, most) => {
+            remark_on_error(args.quiet, &uwm.name, &contents, measure, most);
+            by(args.via, &contents, until.level)
+        }
+        // To the operation: the plan would end with an atom.
+        Want::Triangles(_) => None,
+        Want::Level(_) | Want::All => by(args.via, &contents, until.level),
     };
     Ok(Way { plan, until })
+}
+
+/// The way to a level; `None` for all of the file.
+fn by(via: Via, contents: &Contents, level: u32) -> Option<Plan> {
+    match via {
+        Via::Keyframe => Some(plan_from_keyframe(contents, level)),
+        // Level 0 takes the whole file, and all its checksums with it.
+        Via::Replay if level == 0 => None,
+        Via::Replay => Some(plan(contents, Want::Level(level))),
+    }
 }
 
 /// Of a file that is cut off as much as there is on the way, and whether that is less than is wanted.
@@ -273,7 +241,7 @@ fn within(uwm: &Uwm, args: &Args, way: Way) -> anyhow::Result<(Way, bool)> {
     let quality = &args.quality;
     let fits = |plan: &Plan| plan.parts.iter().all(|part| part.bytes.end <= there);
     if way.plan.as_ref().is_some_and(fits) {
-        return Ok((way, quality.prefix_bytes.is_some_and(|bytes| bytes > there)));
+        return Ok((way, quality.max_bytes.is_some_and(|bytes| bytes > there)));
     }
     quality.level.map_or(Ok(()), |level| uwm.check_level(level))?;
     if args.via == Via::Keyframe {
@@ -317,9 +285,9 @@ pub fn write(
 
 /// The mesh to write, and the type of its coordinates where they are exact; on the lattice and without the triangles of the
 /// residue, where there are too many with them.
-pub fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<(IndexedMesh, Option<Real>)> {
+pub fn mesh(decoder: &Decoder, triangles: Option<u32>) -> anyhow::Result<(IndexedMesh, Option<Real>)> {
     let fits = |residue: usize| {
-        faces.is_none_or(|most| decoder.mesh().table.triangle_count() + residue <= most as usize)
+        triangles.is_none_or(|most| decoder.mesh().table.triangle_count() + residue <= most as usize)
     };
     match (decoder.residue(), decoder.contents()) {
         (Some(residue), Some(contents)) if !fits(residue.triangles.len()) => {
@@ -335,15 +303,24 @@ pub fn mesh(decoder: &Decoder, faces: Option<u32>) -> anyhow::Result<(IndexedMes
     }
 }
 
-fn remark_on_faces(quiet: bool, name: &str, decoder: &Decoder, faces: u32) {
+fn remark_on_triangles(quiet: bool, name: &str, decoder: &Decoder, most: u32) {
     let triangles = decoder.mesh().table.triangle_count();
-    if triangles > faces as usize {
+    if triangles > most as usize {
         let text = format!(
             "{name}: the base has {} triangles, more than {}",
             grouped(triangles as u64),
-            grouped(faces)
+            grouped(most)
         );
         remark(quiet, &text);
+    }
+}
+
+fn remark_on_error(quiet: bool, name: &str, contents: &Contents, measure: Measure, most: f64) {
+    let finest = contents.levels.first().map_or(0.0, |level| level.error(measure));
+    if finest > most {
+        let (finest, most) = (significant(finest, 3), significant(most, 3));
+        let of = if measure == Measure::Rms { "an rms error" } else { "an error" };
+        remark(quiet, &format!("{name}: level 0 has {of} of {finest}, above the {most} wanted"));
     }
 }
 
@@ -355,7 +332,9 @@ pub fn reached(uwm: &mut Uwm, decoder: &Decoder) -> anyhow::Result<String> {
     };
     let Some(entry) = contents.level(level) else { bail!("{}: there is no level {level}", uwm.name) };
     let diagonal = diagonal(&contents, uwm.metadata().unwrap_or_default().as_ref());
-    let error = of_diagonal(entry.max_error, diagonal);
+    let [error, rms] =
+        [Measure::Max, Measure::Rms].map(|measure| of_diagonal(entry.error(measure), diagonal));
+    let error = format!("{error}, rms {rms}");
     let vertices = decoder.mesh().positions.len() as u32;
     let done = vertices.saturating_sub(entry.vertices);
     let next = level.checked_sub(1).and_then(|finer| contents.level(finer)).filter(|_| done > 0);
@@ -392,11 +371,12 @@ fn lacking(decoder: &Decoder, contents: &Contents) -> Vec<&'static str> {
 const EXAMPLES: &str = "\
 EXAMPLES
   unweld decode bunny.uwm -o bunny.ply
-  unweld decode bunny.uwm -o bunny.obj --faces 5000
+  unweld decode bunny.uwm -o bunny.obj --triangles 5000
   unweld decode bunny.uwm -o coarse.stl --error 0.5%
-  unweld decode bunny.uwm -o early.ply --prefix-bytes 20K
+  unweld decode bunny.uwm -o coarse.stl --error rms:0.1%
+  unweld decode bunny.uwm -o early.ply --max-bytes 20K
   unweld decode bunny.uwm --all-levels levels/
   curl -s https://example.org/bunny.uwm | unweld decode - -o bunny.obj
 
---prefix-bytes and --max-memory take suffixes K, M, G.
+--max-bytes and --max-memory take suffixes K, M, G.
 Of a file that is cut off comes the finest mesh that is there, and a remark that tells which.";

@@ -3,13 +3,14 @@
 mod part;
 mod steps;
 
-use super::args::{Tolerance, is_stream, size, tolerance};
+use super::args::{is_stream, size};
 use super::decode;
 use super::describe::diagonal;
 use super::failure::{Usage, line};
 use super::numbers::{count, grouped, of_diagonal};
 use super::output::{MeshFormat, Output, remark};
 use super::progress::Progress;
+use super::quality::Quality;
 use super::signals::stopped;
 use super::uwm::Uwm;
 use anyhow::{Context, anyhow, bail};
@@ -70,21 +71,6 @@ pub struct Args {
     quiet: bool,
 }
 
-/// How much is wanted; everything, where nothing is said.
-#[derive(Clone, Copy, clap::Args)]
-#[group(multiple = false)]
-struct Quality {
-    /// Level J, from 0, the finest, to the base's
-    #[arg(long, value_name = "J")]
-    level: Option<u32>,
-    /// The coarsest level with at most this error, 0 or more: a length, or a part of the lattice's diagonal such as 0.5%
-    #[arg(long, value_name = "E", value_parser = tolerance)]
-    error: Option<Tolerance>,
-    /// No more than B bytes of the file, in whole atoms; those of the base at least
-    #[arg(long, value_name = "B", value_parser = size)]
-    max_bytes: Option<u64>,
-}
-
 /// What is wanted of a file.
 #[derive(Clone, Copy)]
 struct Wanted {
@@ -111,7 +97,8 @@ struct Got {
 /// Those of the server, of the file and of writing, and where the file has no such quality.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let format = form(&args.output)?;
-    if args.via == decode::Via::Keyframe && (format.is_none() || args.quality.max_bytes.is_some()) {
+    let partial = args.quality.max_bytes.is_some() || args.quality.triangles.is_some();
+    if args.via == decode::Via::Keyframe && (format.is_none() || partial) {
         return Err(
             Usage("--via keyframe leads to a level, and to a mesh: .ply, .obj or .stl".to_owned()).into()
         );
@@ -206,7 +193,7 @@ async fn attempt(
     }
     let first = match args.quality {
         Quality { max_bytes: Some(most), .. } => most.clamp(1, FIRST_BYTES),
-        Quality { level: None, error: None, .. } if !wanted.keyframe => u64::MAX,
+        Quality { level: None, error: None, triangles: None, .. } if !wanted.keyframe => u64::MAX,
         _ => FIRST_BYTES,
     };
     let mut transfer = Transfer::new(source, first, |contents: &Contents| wanted.plan(contents));
@@ -256,34 +243,15 @@ impl Sink {
 
 impl Wanted {
     fn plan(&self, contents: &Contents) -> unweld::Result<Plan> {
-        let (base, refuse) = (contents.base_level(), |what: String| Err(Error::Parameter(what)));
-        let level = match self.quality {
-            Quality { max_bytes: Some(most), .. } => {
-                let least = contents.base_end();
-                if most < least {
-                    return refuse(format!("the base needs {least} bytes, --max-bytes allows {most}"));
-                }
-                return Ok(plan(contents, Want::PrefixBytes(most)));
-            }
-            Quality { level: Some(level), .. } if level > base => {
-                let what = format!("there is no level {level}: the levels are 0 (finest) to {base} (base)");
-                return refuse(what);
-            }
-            Quality { level: Some(level), .. } => level,
-            Quality { error: Some(Tolerance::Absolute(most)), .. } => {
-                plan(contents, Want::MaxError(most)).level
-            }
-            Quality { error: Some(Tolerance::Percent(percent)), .. } => {
-                plan(contents, Want::MaxError(percent / 100.0 * diagonal(contents, None))).level
-            }
-            _ => 0,
-        };
-        Ok(match level {
-            _ if self.keyframe => plan_from_keyframe(contents, level),
-            0 if self.mesh => plan(contents, Want::All),
-            // Level 0 is the whole file, which any decoder takes.
-            0 => whole_file(contents),
-            _ => plan(contents, Want::Level(level)),
+        let want = self.quality.want(contents, || diagonal(contents, None))?;
+        Ok(match want {
+            _ if self.keyframe => plan_from_keyframe(contents, Until::of(want, contents).level),
+            Want::Bytes(_) | Want::Triangles(_) => plan(contents, want),
+            _ => match Until::of(want, contents).level {
+                // Level 0 is the whole file, which any decoder takes.
+                0 if !self.mesh => whole_file(contents),
+                level => plan(contents, Want::Level(level)),
+            },
         })
     }
 }

@@ -19,6 +19,7 @@ mod original;
 mod output;
 mod page;
 mod progress;
+mod quality;
 mod replace;
 mod serve;
 mod signals;
@@ -80,7 +81,7 @@ EXAMPLES
   unweld demo                                  see what it does
   unweld encode bunny.ply -o bunny.uwm         simplify and code
   unweld decode bunny.uwm -o bunny.obj         everything back
-  unweld decode bunny.uwm -o - --faces 5000    a coarser mesh, as PLY on standard output
+  unweld decode bunny.uwm -o - --triangles 5000    a coarser mesh, as PLY on standard output
   unweld info bunny.uwm                        its levels, their bytes and errors
   unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
   unweld measure bunny.ply small.ply           how far are they from each other?

@@ -101,7 +101,7 @@ impl Uwm {
             );
             return Err(anyhow!("{}: byte {}: {what}", self.name, self.length));
         }
-        Ok(plan(&self.contents, Want::PrefixBytes(most.min(self.length))))
+        Ok(plan(&self.contents, Want::Bytes(most.min(self.length))))
     }
 
     /// That there is such a level, and all of it.

@@ -30,11 +30,12 @@
 //! # async fn shown() -> unweld::Result<()> {
 //! use futures_util::TryStreamExt;
 //! use unweld::client::{self, Http, HttpOptions};
-//! use unweld::container::{Want, plan};
+//! use unweld::container::{Measure, Want, plan};
 //! use unweld::decoder::Options;
 //!
 //! let source = Http::new("https://example.org/bunny.uwm", HttpOptions::default())?;
-//! let mut events = client::refine_ranges(source, |contents| Ok(plan(contents, Want::MaxError(0.01))), Options::default());
+//! let want = Want::Error(Measure::Max, 0.01);
+//! let mut events = client::refine_ranges(source, move |contents| Ok(plan(contents, want)), Options::default());
 //! while events.try_next().await?.is_some() {}
 //! let mesh = events.decoder().assembled()?;
 //! # Ok(())

@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use super::header::Header;
+use super::want::Measure;
 use crate::error::FormatError;
 
 /// One level of detail; numbers run from the base down to 0, the finest.
@@ -18,6 +19,16 @@ pub struct Level {
     pub max_error: f64,
     /// Root mean square distance from the input's surface, in the units of the input; finite.
     pub rms_error: f32,
+}
+
+impl Level {
+    /// One of its errors, in the units of the input.
+    pub fn error(&self, measure: Measure) -> f64 {
+        match measure {
+            Measure::Max => self.max_error,
+            Measure::Rms => self.rms_error.into(),
+        }
+    }
 }
 
 /// What an atom holds.
@@ -156,6 +167,12 @@ impl Contents {
         self.levels.get(j as usize)
     }
 
+    /// The coarsest level with at most this error, in the units of the input; level 0, where none is so close.
+    pub fn level_within(&self, measure: Measure, most: f64) -> u32 {
+        let close = |level: &Level| level.error(measure) <= most;
+        self.levels.iter().rposition(close).unwrap_or(0) as u32
+    }
+
     /// The atoms that lead from level `j + 1` to level `j`: precision, then refinement; at the base, its own.
     /// Empty where the file has no such level.
     pub fn steps(&self, j: u32) -> Range<usize> {
@@ -182,10 +199,24 @@ impl Contents {
         self.order.clone()
     }
 
-    /// All atoms of what level 0 has beyond its mesh: residue, correction, order; empty where there are none.
+    /// The atoms that level `j` takes, from the first of the file: its prefix (spec §3.7). Level 0 is the whole mesh, and takes residue,
+    /// correction, order and metadata too, all but the keyframes. A level coarser than the base is taken for the base.
+    pub fn prefix(&self, j: u32) -> Range<usize> {
+        match j.min(self.base_level()) {
+            0 => {
+                0..self
+                    .atoms
+                    .iter()
+                    .position(|atom| atom.kind == AtomKind::Keyframe)
+                    .unwrap_or(self.atoms.len())
+            }
+            j => 0..self.steps(j).end,
+        }
+    }
+
+    /// What level 0 takes beyond its mesh: the end of its [prefix](Self::prefix).
     pub fn beyond_mesh(&self) -> Range<usize> {
-        let runs = [&self.residue, &self.correction, &self.order].into_iter().filter(|run| !run.is_empty());
-        runs.cloned().reduce(|all, run| all.start..run.end).unwrap_or(0..0)
+        self.steps(0).end..self.prefix(0).end
     }
 
     /// The metadata's atoms; empty where there is none.

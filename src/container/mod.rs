@@ -14,6 +14,7 @@ pub mod plan;
 mod table;
 #[cfg(test)]
 pub(crate) mod testing;
+mod want;
 #[cfg(any(test, feature = "encode"))]
 mod write;
 
@@ -21,6 +22,7 @@ pub use contents::{Atom, AtomKind, Contents, Level};
 pub use header::{Header, MAGIC, VERSION};
 pub use metadata::Metadata;
 pub use parse::{Parsed, Parser, parse_contents};
-pub use plan::{Part, Plan, Want, plan, plan_from_keyframe};
+pub use plan::{Part, Plan, plan, plan_from_keyframe};
+pub use want::{Measure, Want};
 #[cfg(any(test, feature = "encode"))]
 pub use write::FileBuilder;

@@ -2,22 +2,8 @@
 
 use std::ops::Range;
 
-use super::contents::{AtomKind, Contents};
-
-/// A wanted quality.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Want {
-    /// All of this level; the base, where the file has none so coarse.
-    Level(u32),
-    /// As much as possible with at most so many triangles.
-    MaxTriangles(u32),
-    /// The coarsest level with at most this error, in the units of the input; level 0, where none is so close.
-    MaxError(f64),
-    /// As many atoms as fit into so many bytes, header and table included.
-    PrefixBytes(u64),
-    /// Level 0, residue, correction, order and metadata.
-    All,
-}
+use super::contents::Contents;
+use super::want::Want;
 
 /// Consecutive atoms and the bytes they take.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -58,28 +44,24 @@ impl Plan {
 }
 
 /// The shortest prefix of the file that gives `want`. It always holds the base, the least that is a mesh,
-/// and never a keyframe, which would repeat what is there.
+/// and never a keyframe, which would repeat what is there. Where it leads to level 0 by a level or an error, it is [all](Want::All); by
+/// triangles it ends with the mesh, since the table does not count those of the residue.
 pub fn plan(contents: &Contents, want: Want) -> Plan {
     let atoms = &contents.atoms;
     let base = contents.base_level();
     let least = contents.steps(base).end;
-    let level_0 = contents.steps(0).end;
-    let all = atoms.iter().position(|atom| atom.kind == AtomKind::Keyframe).unwrap_or(atoms.len());
     let end = match want {
-        Want::Level(j) => contents.steps(j.min(base)).end,
-        Want::MaxTriangles(most) => {
-            let sequence = &atoms[..level_0];
+        Want::Level(j) => contents.prefix(j).end,
+        Want::Triangles(most) => {
+            let sequence = &atoms[..contents.steps(0).end];
             let few = sequence.partition_point(|atom| atom.triangles_after <= most);
             let reached = sequence[few.max(least) - 1].triangles_after;
             let before = sequence.partition_point(|atom| atom.triangles_after < reached);
             (before + 1).max(least)
         }
-        Want::MaxError(most) => {
-            let close = |&j: &u32| contents.levels[j as usize].max_error <= most;
-            contents.steps((0..=base).rev().find(close).unwrap_or(0)).end
-        }
-        Want::PrefixBytes(most) => atoms[..all].partition_point(|atom| atom.end() <= most).max(least),
-        Want::All => all,
+        Want::Error(measure, most) => contents.prefix(contents.level_within(measure, most)).end,
+        Want::Bytes(most) => atoms[contents.prefix(0)].partition_point(|atom| atom.end() <= most).max(least),
+        Want::All => contents.prefix(0).end,
     };
     let level = (0..=base).find(|&j| contents.steps(j).start < end).unwrap_or(base);
     let last = &atoms[end - 1];
@@ -94,8 +76,8 @@ pub fn plan(contents: &Contents, want: Want) -> Plan {
 }
 
 /// The way to level `level` that skips most of the file: from the finest keyframe that is not finer, or from
-/// the base where there is none. A level coarser than the base is taken for the base; level 0 comes with residue,
-/// correction and order.
+/// the base where there is none. A level coarser than the base is taken for the base; level 0 comes with all that belongs to
+/// it, as in [`plan`].
 pub fn plan_from_keyframe(contents: &Contents, level: u32) -> Plan {
     let base = contents.base_level();
     let level = level.min(base);
@@ -121,7 +103,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::*;
-    use crate::container::testing;
+    use crate::container::{Measure, testing};
 
     /// Base of 6 triangles; level 1 adds 2 + 4, level 0 adds 8; keyframe of level 1.
     fn contents() -> Contents {
@@ -138,22 +120,62 @@ mod tests {
         assert_eq!(reached(Want::Level(9)), (2, true, 6));
         assert_eq!(reached(Want::Level(1)), (1, true, 12));
         assert_eq!(reached(Want::Level(0)), (0, true, 20));
-        assert_eq!(reached(Want::MaxTriangles(0)), (2, true, 6));
-        assert_eq!(reached(Want::MaxTriangles(7)), (2, true, 6), "precision alone is not worth it");
-        assert_eq!(reached(Want::MaxTriangles(11)), (1, false, 8));
-        assert_eq!(reached(Want::MaxTriangles(12)), (1, true, 12));
-        assert_eq!(reached(Want::MaxTriangles(u32::MAX)), (0, true, 20));
-        assert_eq!(reached(Want::MaxError(0.5)), (2, true, 6));
-        assert_eq!(reached(Want::MaxError(0.3)), (1, true, 12));
-        assert_eq!(reached(Want::MaxError(0.0)), (0, true, 20));
-        assert_eq!(reached(Want::MaxError(f64::NAN)), (0, true, 20));
-        assert_eq!(reached(Want::PrefixBytes(0)), (2, true, 6));
+        assert_eq!(reached(Want::Triangles(0)), (2, true, 6));
+        assert_eq!(reached(Want::Triangles(7)), (2, true, 6), "precision alone is not worth it");
+        assert_eq!(reached(Want::Triangles(11)), (1, false, 8));
+        assert_eq!(reached(Want::Triangles(12)), (1, true, 12));
+        assert_eq!(reached(Want::Triangles(u32::MAX)), (0, true, 20));
+        assert_eq!(reached(Want::Error(Measure::Max, 0.5)), (2, true, 6));
+        assert_eq!(reached(Want::Error(Measure::Max, 0.3)), (1, true, 12));
+        assert_eq!(reached(Want::Error(Measure::Max, 0.0)), (0, true, 20));
+        assert_eq!(reached(Want::Error(Measure::Max, f64::NAN)), (0, true, 20));
+        assert_eq!(reached(Want::Bytes(0)), (2, true, 6));
         assert_eq!(reached(Want::All), (0, true, 20));
         assert_eq!(plan(&contents, Want::All).parts[0].atoms, 0..contents.metadata().end);
-        let level_0 = plan(&contents, Want::Level(0));
-        assert_eq!(level_0.end(), contents.bytes(contents.steps(0)).end);
-        assert_eq!(plan(&contents, Want::PrefixBytes(level_0.end())), level_0);
-        assert_eq!(reached(Want::PrefixBytes(level_0.end() - 1)), (0, false, 12), "precision fits");
+        let bare = plan(&contents, Want::Triangles(20));
+        assert_eq!(bare.end(), contents.bytes(contents.steps(0)).end);
+        assert_eq!(plan(&contents, Want::Bytes(bare.end())), bare);
+        assert_eq!(reached(Want::Bytes(bare.end() - 1)), (0, false, 12), "precision fits");
+    }
+
+    /// Atoms: 0 optional, 1 base of level 2, 2 to 4 level 1, 5 to 7 level 0, 8 residue, 9 metadata, 10 keyframe of level 1, 11 optional.
+    #[test]
+    fn what_belongs_to_all() {
+        let contents = contents();
+        assert_eq!([9, 2, 1, 0].map(|j| contents.prefix(j)), [0..2, 0..2, 0..5, 0..10]);
+        assert_eq!(contents.beyond_mesh(), 8..10);
+        let all = plan(&contents, Want::All);
+        assert_eq!(all.parts[0].atoms, 0..10);
+        let small = Want::Error(Measure::Max, 0.2);
+        for want in [Want::Level(0), small, Want::Error(Measure::Rms, 0.0), Want::Bytes(u64::MAX)] {
+            assert_eq!(plan(&contents, want), all, "{want:?}");
+        }
+        assert_eq!(plan(&contents, Want::Triangles(u32::MAX)).parts[0].atoms, 0..8);
+        // Each of the pieces is cut off where the bytes end.
+        let cut = |atoms: usize, less: u64| plan(&contents, Want::Bytes(contents.atoms[atoms].end() - less));
+        assert_eq!([cut(9, 1), cut(8, 0), cut(8, 1)].map(|plan| plan.parts[0].atoms.end), [9, 9, 8]);
+        // From the keyframe of level 1, too.
+        let atoms: Vec<_> =
+            plan_from_keyframe(&contents, 0).parts.into_iter().map(|part| part.atoms).collect();
+        assert_eq!(atoms, [10..11, 5..10]);
+        // Without keyframes the prefix of level 0 is the file.
+        let mut file = testing::small_file();
+        file.pieces.remove(10);
+        assert_eq!(testing::contents(&file).prefix(0), 0..11);
+    }
+
+    #[test]
+    fn an_error_by_either_measure() {
+        // Largest errors 1/2, 1/4, 1/10 from the base down; root mean squares 1/16, 1/32, 1/64.
+        let mut file = testing::small_file();
+        for (level, rms) in file.levels.iter_mut().zip([1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0]) {
+            level.rms_error = rms;
+        }
+        let contents = testing::contents(&file);
+        let reached = |measure, most| plan(&contents, Want::Error(measure, most)).level;
+        let most = [1.0, 0.5, 0.25, 0.0625, 0.03125, 0.03, 0.0];
+        assert_eq!(most.map(|most| reached(Measure::Max, most)), [2, 2, 1, 0, 0, 0, 0]);
+        assert_eq!(most.map(|most| reached(Measure::Rms, most)), [2, 2, 2, 2, 1, 0, 0]);
     }
 
     #[test]
@@ -162,7 +184,7 @@ mod tests {
         let plan = plan_from_keyframe(&contents, 0);
         assert_eq!((plan.start, plan.level, plan.triangles), (1, 0, 20));
         let runs: Vec<_> = plan.parts.iter().map(|part| part.atoms.clone()).collect();
-        assert_eq!(runs, [contents.keyframe(1).unwrap(), contents.steps(0).start..contents.residue().end]);
+        assert_eq!(runs, [contents.keyframe(1).unwrap(), contents.steps(0).start..contents.metadata().end]);
         assert_eq!(plan.byte_count(), testing::bytes_of(&contents, &runs));
         assert_eq!(plan_from_keyframe(&contents, 1).parts.len(), 1);
         let base = plan_from_keyframe(&contents, 7);
@@ -176,12 +198,12 @@ mod tests {
             let contents = testing::contents(&file);
             let (least, most) = (contents.header.base_triangles, contents.header.triangles);
             let wanted = n % (most + 2);
-            let by_triangles = plan(&contents, Want::MaxTriangles(wanted));
+            let by_triangles = plan(&contents, Want::Triangles(wanted));
             prop_assert!(by_triangles.triangles <= wanted.max(least));
             let more = contents.atoms[..contents.steps(0).end].iter().map(|atom| atom.triangles_after);
             prop_assert!(more.filter(|&n| n <= wanted).all(|n| n <= by_triangles.triangles));
             let budget = u64::from(n) % (contents.file_bytes() + 2);
-            let by_bytes = plan(&contents, Want::PrefixBytes(budget));
+            let by_bytes = plan(&contents, Want::Bytes(budget));
             prop_assert!(by_bytes.end() <= budget.max(contents.base_end()));
             for plan in [plan(&contents, Want::Level(j)), plan_from_keyframe(&contents, j)] {
                 let level = contents.level(plan.level).unwrap();

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::container::{Contents, Header, Metadata, Parsed, Parser, Want, plan, plan_from_keyframe};
+use crate::container::{Contents, Header, Measure, Metadata, Parsed, Parser, Want, plan, plan_from_keyframe};
 use crate::error::FormatError;
 
 /// Reads `data` as a `.uwm` file, whole and in pieces, as it is and with header and table checksums mended.
@@ -87,13 +87,15 @@ fn check_contents(contents: &Contents) {
         assert_eq!((last.vertices_after, last.triangles_after), (level.vertices, level.triangles));
         let wants = [
             Want::Level(j),
-            Want::MaxTriangles(level.triangles),
-            Want::MaxError(level.max_error),
-            Want::PrefixBytes(last.end()),
+            Want::Triangles(level.triangles),
+            Want::Error(Measure::Max, level.max_error),
+            Want::Error(Measure::Rms, level.rms_error.into()),
+            Want::Bytes(last.end()),
             Want::All,
         ];
         let plans =
             wants.map(|want| plan(contents, want)).into_iter().chain([plan_from_keyframe(contents, j)]);
+        assert!(contents.prefix(j).end <= contents.prefix(0).end);
         for plan in plans {
             assert!(plan.end() <= contents.file_bytes() && plan.byte_count() > 0);
         }

@@ -8,7 +8,7 @@ use headers::{ETag, HeaderMapExt, IfMatch, IfModifiedSince, IfNoneMatch, IfUnmod
 use http_range_header::{EndPosition, StartPosition, parse_range_header};
 
 use super::library::Unreadable;
-use crate::container::{Contents, Want, plan};
+use crate::container::{Contents, Measure, Want, plan};
 use crate::store::{Fault, Version, check_name};
 
 /// Why a request is not answered as it was meant.
@@ -74,7 +74,9 @@ impl Target {
     /// Names of the queries it understands.
     pub fn queries(self) -> &'static [&'static str] {
         match self {
-            Self::Refine => &["v", "from", "after", "to", "max_error", "max_bytes", "faces"],
+            Self::Refine => {
+                &["v", "from", "after", "to", "max_error", "rms_error", "max_bytes", "triangles", "faces"]
+            }
             _ => &["v"],
         }
     }
@@ -123,32 +125,19 @@ pub struct Query {
     pub from: Option<u32>,
     /// The last atom that the client has.
     pub after: Option<usize>,
-    /// How far it wants to come; all the way where nothing is told.
-    pub goal: Option<Goal>,
+    /// How far it wants to come; bytes are counted from where the answer begins.
+    pub want: Want,
     /// Where a list goes on.
     pub names_after: Option<String>,
     /// Most entries of a list.
     pub limit: Option<usize>,
 }
 
-/// How far a client wants to come.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Goal {
-    /// To this level.
-    Level(u32),
-    /// To the coarsest level with at most this error.
-    Error(f64),
-    /// As far as so many bytes of this answer lead.
-    Bytes(u64),
-    /// As far as so many triangles are not exceeded.
-    Faces(u32),
-}
-
 impl Query {
     /// Reads a query that may have these names.
     ///
     /// # Errors
-    /// [`Refusal`] for a name that is unknown or there twice, a value that cannot be, and goals that contradict each other.
+    /// [`Refusal`] for a name that is unknown or there twice, a value that cannot be, and wants that contradict each other.
     pub fn parse(text: Option<&str>, known: &[&str]) -> Result<Self, Refusal> {
         let mut query = Self::default();
         let mut seen: Vec<String> = Vec::new();
@@ -173,14 +162,14 @@ impl Query {
                     _ => return Err(Refusal::field("limit", "is not from 1 to 1,000")),
                 },
                 _ => {
-                    let goal = goal(&name, &value)?;
-                    if let Some(other) = seen.iter().find(|name| GOALS.contains(&name.as_str())) {
+                    let want = want(&name, &value)?;
+                    if let Some(other) = seen.iter().find(|name| WANTS.contains(&name.as_str())) {
                         return Err(Refusal::field(
                             &name,
                             format!("contradicts {other}: one of them tells enough"),
                         ));
                     }
-                    query.goal = Some(goal);
+                    query.want = want;
                 }
             }
             seen.push(name.into_owned());
@@ -189,16 +178,19 @@ impl Query {
     }
 }
 
-fn goal(name: &str, value: &str) -> Result<Goal, Refusal> {
+fn want(name: &str, value: &str) -> Result<Want, Refusal> {
     Ok(match name {
-        "to" => Goal::Level(number(name, value)?),
-        "max_bytes" => Goal::Bytes(number(name, value)?),
-        "faces" => Goal::Faces(number(name, value)?),
-        _ => match value.parse::<f64>() {
-            Ok(x) if x.is_finite() && x >= 0.0 => Goal::Error(x),
-            _ => return Err(Refusal::field(name, "is not a number of at least 0")),
-        },
+        "to" => Want::Level(number(name, value)?),
+        "max_bytes" => Want::Bytes(number(name, value)?),
+        "triangles" | "faces" => Want::Triangles(number(name, value)?),
+        "rms_error" => Want::Error(Measure::Rms, error(name, value)?),
+        _ => Want::Error(Measure::Max, error(name, value)?),
     })
+}
+
+fn error(name: &str, value: &str) -> Result<f64, Refusal> {
+    let error = value.parse::<f64>().ok().filter(|x| x.is_finite() && *x >= 0.0);
+    error.ok_or_else(|| Refusal::field(name, "is not a number of at least 0"))
 }
 
 fn number<T: std::str::FromStr>(name: &str, value: &str) -> Result<T, Refusal> {
@@ -224,7 +216,7 @@ pub struct Slice {
 /// [`Refusal`] where there is no such level or atom, or where the client holds more than it wants.
 pub fn refine(contents: &Contents, query: &Query) -> Result<Slice, Refusal> {
     let base = contents.base_level();
-    let finish = contents.steps(0).end.max(contents.residue().end);
+    let finish = contents.prefix(0).end;
     let level = |name: &str, j: u32| match j > base {
         true => Err(Refusal::field(name, format!("there is no level {j}: the base is level {base}"))),
         false => Ok(j),
@@ -248,20 +240,18 @@ pub fn refine(contents: &Contents, query: &Query) -> Result<Slice, Refusal> {
     };
     let bare = query.from.is_none() && query.after.is_none();
     let first = if bare { 0 } else { starts(contents, next) };
-    let planned = |want| plan(contents, want).parts.first().map_or(0, |part| part.atoms.end);
-    let end = match query.goal {
-        None | Some(Goal::Level(0)) => finish,
-        Some(Goal::Level(j)) => {
-            if let Some(from) = query.from.filter(|&from| level("to", j).is_ok() && j > from) {
+    let want = match query.want {
+        Want::Level(j) => {
+            let j = level("to", j)?;
+            if let Some(from) = query.from.filter(|&from| j > from) {
                 return Err(Refusal::field("to", format!("level {j} is coarser than level {from} of from")));
             }
-            planned(Want::Level(level("to", j)?))
+            Want::Level(j)
         }
-        Some(Goal::Error(most)) if plan(contents, Want::MaxError(most)).level == 0 => finish,
-        Some(Goal::Error(most)) => planned(Want::MaxError(most)),
-        Some(Goal::Faces(most)) => planned(Want::MaxTriangles(most)),
-        Some(Goal::Bytes(most)) => planned(Want::PrefixBytes(first.saturating_add(most))).min(finish),
+        Want::Bytes(most) => Want::Bytes(first.saturating_add(most)),
+        want => want,
     };
+    let end = plan(contents, want).parts.first().map_or(0, |part| part.atoms.end);
     let end = end.max(next);
     let complete = (0..=base).find(|&j| contents.steps(j).end <= end).unwrap_or(base);
     let last = if end > next { starts(contents, end) } else { first };
@@ -380,7 +370,7 @@ pub fn wanted(headers: &HeaderMap, version: &Version, length: u64) -> Wanted {
     if ranges.is_empty() || total > length { Wanted::Unsatisfiable } else { Wanted::Ranges(ranges) }
 }
 
-const GOALS: [&str; 4] = ["to", "max_error", "max_bytes", "faces"];
+const WANTS: [&str; 6] = ["to", "max_error", "rms_error", "max_bytes", "triangles", "faces"];
 /// Most ranges of one request.
 pub const MAX_RANGES: usize = 16;
 /// Most entries of a list.

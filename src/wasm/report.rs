@@ -108,7 +108,7 @@ fn wanted(plan: &Plan) -> Value {
 }
 
 fn of_level(contents: &Contents, level: u32) -> Value {
-    let end = contents.bytes(contents.steps(level)).end;
+    let end = contents.bytes(contents.prefix(level)).end;
     contents.level(level).map_or(Value::Null, |entry| {
         json!({
             "level": level,

@@ -9,7 +9,7 @@ fn number(value: &Value) -> usize {
 }
 
 #[test]
-fn by_level_error_bytes_operations_and_faces() {
+fn by_level_error_bytes_operations_and_triangles() {
     let folder = Folder::with_sphere();
     let info = folder.info("sphere.uwm");
     let decode = |options: &str| {
@@ -23,10 +23,10 @@ fn by_level_error_bytes_operations_and_faces() {
         let by_level = decode(&format!("--level {j}"));
         assert_eq!(counted(&by_level), counts);
         for options in [
-            format!("--prefix-bytes {bytes}"),
+            format!("--max-bytes {bytes}"),
             format!("--operations {}", counts.0 - 40),
-            format!("--faces {}", counts.1),
-            format!("--faces {}", counts.1 + 1),
+            format!("--triangles {}", counts.1),
+            format!("--triangles {}", counts.1 + 1),
             format!("--level {j} --via keyframe"),
         ] {
             assert_eq!(triangles(&decode(&options)), triangles(&by_level), "{options}");
@@ -39,10 +39,25 @@ fn by_level_error_bytes_operations_and_faces() {
         let percent = level["max_error_percent"].as_f64().unwrap() * (1.0 + 1e-9);
         assert_eq!(triangles(&decode(&format!("--error {percent}%"))), triangles(&by_error));
     }
+    // By the root mean square a level is good enough that by its largest error is not.
+    let most = levels(&info).iter().find(|l| l["level"] == 3).unwrap()["max_error"].as_f64().unwrap();
+    let within = |key: &str, most: f64| {
+        let coarsest = levels(&info).iter().find(|l| l[key].as_f64().unwrap() <= most).unwrap();
+        (number(&coarsest["level"]), number(&coarsest["vertices"]))
+    };
+    let (by_max, by_rms) = (within("max_error", most), within("rms_error", most));
+    assert!(by_rms.0 > by_max.0, "{by_rms:?} {by_max:?}");
+    assert_eq!(decode(&format!("--error rms:{most}")).positions.len(), by_rms.1);
+    assert_eq!(decode(&format!("--error max:{most}")).positions.len(), by_max.1);
+    assert_eq!(
+        decode(&format!("--error {most}")).positions.len(),
+        by_max.1,
+        "what is meant where nothing is said"
+    );
     assert_eq!(decode("--operations 7").positions.len(), 47);
-    assert_eq!(decode("--faces 501").triangles.len(), 500);
+    assert_eq!(decode("--triangles 501").triangles.len(), 500);
     assert_eq!(triangles(&decode("--via keyframe")), triangles(&decode("")));
-    assert_eq!(triangles(&decode("--prefix-bytes 1G")), triangles(&decode("")));
+    assert_eq!(triangles(&decode("--max-bytes 1G")), triangles(&decode("")));
 }
 
 #[test]
@@ -57,7 +72,7 @@ fn what_was_reached_is_told() {
     assert!(told("--level 2").text().contains(&format!("level 2 of {base}; error at most ")));
     assert!(told("--level 2 --quiet").out.is_empty());
 
-    let run = folder.run("decode sphere.uwm -o out.obj --faces 10");
+    let run = folder.run("decode sphere.uwm -o out.obj --triangles 10");
     assert_eq!(
         (run.code, run.err.as_str()),
         (0, "unweld: sphere.uwm: the base has 76 triangles, more than 10\n")
@@ -80,8 +95,8 @@ fn out_of_range() {
         .failed(1, "sphere.uwm: there are 602 operations, 603 cannot be carried out");
     let needed = number(&levels(&info)[0]["cumulative_bytes"]);
     folder
-        .run(&format!("decode sphere.uwm -o x.ply --prefix-bytes {}", needed - 1))
-        .failed(1, &format!("sphere.uwm: the base needs {needed} bytes, {} are there", needed - 1));
+        .run(&format!("decode sphere.uwm -o x.ply --max-bytes {}", needed - 1))
+        .failed(1, &format!("sphere.uwm: the base needs {needed} bytes, --max-bytes allows {}", needed - 1));
     assert!(!folder.list().contains(&"x.ply".to_owned()));
 }
 
@@ -92,7 +107,7 @@ fn a_download_that_broke_off_gives_what_it_holds() {
     let level = levels(&info).iter().find(|level| level["level"] == 2).unwrap();
     folder.write("part.uwm", &folder.bytes("sphere.uwm")[..number(&level["cumulative_bytes"]) + 10]);
     let cut = number(&level["cumulative_bytes"]) + 10;
-    for options in ["", "--prefix-bytes 1G"] {
+    for options in ["", "--max-bytes 1G"] {
         let run = folder.run(&format!("decode part.uwm -o part.ply {options}"));
         let base = levels(&info).len() - 1;
         let line = format!(
@@ -104,7 +119,7 @@ fn a_download_that_broke_off_gives_what_it_holds() {
         assert_eq!(folder.read("part.ply").triangles.len(), number(&level["triangles"]));
     }
     // Whoever wants no more than is there is told of nothing.
-    folder.run(&format!("decode part.uwm -o part.ply --prefix-bytes {cut}")).succeeded();
+    folder.run(&format!("decode part.uwm -o part.ply --max-bytes {cut}")).succeeded();
 }
 
 /// In groups of three digits, below a million.
@@ -169,7 +184,10 @@ fn level_0_has_the_residue_where_it_fits() {
     assert_eq!(count("--via keyframe"), 82);
     assert_eq!(count("--operations 30"), 82);
     assert_eq!(count("--operations 29"), 78);
-    assert_eq!(["--faces 82", "--faces 81", "--faces 80", "--faces 79"].map(count), [82, 80, 80, 78]);
+    assert_eq!(
+        ["--triangles 82", "--triangles 81", "--triangles 80", "--triangles 79"].map(count),
+        [82, 80, 80, 78]
+    );
 }
 
 #[test]

@@ -150,7 +150,7 @@ fn coarser_levels_and_prefixes_are_as_without() {
     folder.write("in.ply", ply(&mesh(), Precision::Float32));
     folder.run("encode in.ply -o plain.uwm -q").succeeded();
     folder.run("encode in.ply -o all.uwm --exact --keep-order -q").succeeded();
-    for quality in ["--level 1", "--faces 700", "--operations 50"] {
+    for quality in ["--level 1", "--triangles 700", "--operations 50"] {
         for name in ["plain", "all"] {
             folder.run(&format!("decode {name}.uwm -o {name}.ply -q {quality}")).succeeded();
         }
@@ -159,8 +159,7 @@ fn coarser_levels_and_prefixes_are_as_without() {
     let info = folder.info("all.uwm");
     let level_0 = info["levels"].as_array().unwrap().last().unwrap()["cumulative_bytes"].as_u64().unwrap();
     let residue = info["residue"]["bytes"].as_u64().unwrap();
-    let run =
-        folder.run(&format!("decode all.uwm -o all.ply --prefix-bytes {}", level_0 + residue)).succeeded();
+    let run = folder.run(&format!("decode all.uwm -o all.ply --max-bytes {}", level_0 + residue)).succeeded();
     assert!(
         run.text().contains("level 0 of") && run.text().contains("without the correction"),
         "{}",

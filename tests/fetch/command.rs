@@ -8,11 +8,12 @@ use std::time::Duration;
 use serde_json::Value;
 use tokio::sync::oneshot;
 use unweld::decoder::{Options as Decoding, Until, decode};
+use unweld::formats::{Precision, write_ply};
 use unweld::server::{Options, Server};
 use unweld::store::Store;
 
-use super::coded;
 use super::script::{Script, head_length, whole};
+use super::{coded, exact_and_ordered, in_an_order};
 
 pub struct Folder(pub tempfile::TempDir);
 
@@ -164,6 +165,16 @@ fn from_our_own_server() {
     let told: Value = serde_json::from_slice(&told.succeeded().out).unwrap();
     assert!(told["max_error"].as_f64().unwrap() <= largest && told["level"].as_u64().unwrap() >= 5);
 
+    let by_rms = fetch(&format!("-o j.uwm --error rms:{largest} --json"));
+    let by_rms: Value = serde_json::from_slice(&by_rms.succeeded().out).unwrap();
+    let coarsest = contents.levels.iter().rposition(|level| f64::from(level.rms_error) <= largest).unwrap();
+    assert_eq!(by_rms["level"], coarsest);
+    assert!(by_rms["level"].as_u64() > told["level"].as_u64(), "the measures lead to different levels");
+    let triangles = contents.levels[5].triangles;
+    fetch(&format!("-o k.ply --triangles {triangles}")).succeeded();
+    folder.run("decode a.uwm --level 5 -o l.ply").succeeded();
+    assert_eq!(folder.bytes("k.ply"), folder.bytes("l.ply"));
+
     let run = fetch("-o - --level 6");
     assert_eq!(run.succeeded().out, file[..contents.bytes(contents.steps(6)).end as usize]);
     let names = folder.list();
@@ -173,6 +184,29 @@ fn from_our_own_server() {
 /// With commas between the thousands, below a million.
 fn unweld_grouped(n: u64) -> String {
     if n < 1000 { n.to_string() } else { format!("{},{:03}", n / 1000, n % 1000) }
+}
+
+#[test]
+fn an_exact_and_ordered_mesh_bit_for_bit() {
+    let mesh = in_an_order();
+    let mut expected = Vec::new();
+    write_ply(&mesh, Precision::Float64, &mut expected).unwrap();
+    let file = exact_and_ordered(&mesh);
+    let served = file.clone();
+    let script = Script::answers(move |_, asked| asked.answer(&served, "\"one\""));
+    let (folder, url) = (Folder::new(), script.url());
+    for options in
+        ["", "--level 0", "--error 0", "--error rms:0", "--level 0 --via keyframe", "--max-bytes 1G"]
+    {
+        folder.run(&format!("fetch {url} -o out.ply -q {options}")).succeeded();
+        assert!(folder.bytes("out.ply") == expected, "{options}");
+        std::fs::remove_file(folder.path("out.ply")).unwrap();
+    }
+    for options in ["", "--level 0", "--error 0"] {
+        folder.run(&format!("fetch {url} -o out.uwm -q {options}")).succeeded();
+        assert!(folder.bytes("out.uwm") == file, "{options}");
+        std::fs::remove_file(folder.path("out.uwm")).unwrap();
+    }
 }
 
 #[test]

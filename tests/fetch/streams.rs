@@ -9,11 +9,12 @@ use bytes::Bytes;
 use futures_util::{StreamExt, TryStreamExt};
 use tokio::io::{AsyncRead, ReadBuf};
 use unweld::client::{RangeSource, Refinement, refine, refine_ranges, whole_file};
-use unweld::container::{Want, plan, plan_from_keyframe};
+use unweld::container::{Contents, Measure, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Options, Until};
+use unweld::mesh::IndexedMesh;
 use unweld::{Error, Result};
 
-use super::coded;
+use super::{coded, exact_and_ordered, in_an_order};
 
 /// Bytes in pieces, each after having kept the reader waiting once; counts what was taken, and says when it is gone.
 struct Slow {
@@ -198,8 +199,8 @@ fn a_plan_takes_its_bytes_and_no_others() {
     let plans = [
         plan(&contents, Want::Level(base)),
         plan(&contents, Want::Level(3)),
-        plan(&contents, Want::MaxTriangles(900)),
-        plan(&contents, Want::PrefixBytes(file.len() as u64 / 3)),
+        plan(&contents, Want::Triangles(900)),
+        plan(&contents, Want::Bytes(file.len() as u64 / 3)),
         plan(&contents, Want::All),
         plan_from_keyframe(&contents, 2),
         plan_from_keyframe(&contents, 0),
@@ -230,6 +231,23 @@ fn a_plan_takes_its_bytes_and_no_others() {
             assert!(expected.iter().all(|at| asked.binary_search(at).is_ok()));
             assert!(asked.len() < expected.len() + 2 * size, "{} of {}", asked.len(), expected.len());
         }
+    }
+}
+
+#[test]
+fn an_exact_and_ordered_file_comes_whole() {
+    let mesh = in_an_order();
+    let file = exact_and_ordered(&mesh);
+    let small = |measure| Want::Error(measure, 0.0);
+    for want in [Want::All, Want::Level(0), small(Measure::Max), small(Measure::Rms), Want::Bytes(u64::MAX)] {
+        let planner = move |contents: &Contents| Ok(plan(contents, want));
+        let mut events = refine_ranges(Bytes::from(file.clone()), planner, Options::default());
+        all(&mut events).unwrap();
+        let back = events.decoder().assembled().unwrap();
+        let bits =
+            |mesh: &IndexedMesh| mesh.positions.iter().map(|p| p.map(f64::to_bits)).collect::<Vec<_>>();
+        assert!(bits(&back) == bits(&mesh) && back.triangles == mesh.triangles, "{want:?}");
+        assert!(events.decoder().metadata().is_some());
     }
 }
 

@@ -143,6 +143,6 @@ async function load(address: string): Promise<WebAssembly.Module> {
 
 function wanted(until: Until): [want: number, value: number] {
   if (until.level !== undefined) return [1, until.level];
-  if (until.error !== undefined) return [2, until.error];
+  if (until.error !== undefined) return [until.measure === "rms" ? 4 : 2, until.error];
   return until.triangles !== undefined ? [3, until.triangles] : [0, 0];
 }

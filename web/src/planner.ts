@@ -1,7 +1,9 @@
 // Which of several meshes gets the next bytes, and how far each goes: from their tables of contents and from where they are on the screen.
 //
 // 1. Every level of every mesh has an error in pixels: its largest error, times the pixels that a unit of length takes where the mesh is
-//    nearest. The goal of a mesh is its coarsest level within the tolerance.
+//    nearest. The goal of a mesh is its coarsest level within the tolerance. The largest error is the default because then the tolerance
+//    is a promise: nothing on the screen is farther off. With `measure: "rms"` it is the root mean square, which takes fewer bytes where
+//    a level is far off in a few places only.
 // 2. A mesh that has a goal keeps it while that is between its coarsest levels within the tolerance and within `slack` of the tolerance: so
 //    small moves of the camera do not make it go up and down. A mesh out of view keeps what it shows, and gets no bytes.
 // 3. If the goals together take more memory than the budget, meshes out of view go down to their bases; if that is not enough, the tolerance
@@ -12,7 +14,7 @@
 //    level that is `segment` bytes further on; where nobody waits it goes all the way.
 // 5. A mesh that has more than its goal shows its goal.
 
-import type { Level } from "./types.js";
+import type { Level, Measure } from "./types.js";
 
 /** What the planner wants to know of a mesh. */
 export interface Standing {
@@ -32,6 +34,8 @@ export interface Standing {
 export interface Rules {
   /** The largest error on the screen that is good enough, in pixels. */
   readonly pixels: number;
+  /** Which error of a level that is; `"max"` where nothing is said. */
+  readonly measure?: Measure;
   /** A mesh goes down when a coarser level has at most this share of that error; from 0 to 1. */
   readonly slack: number;
   /** Bytes of all geometries together. */
@@ -77,9 +81,14 @@ export function decide(meshes: readonly Standing[], rules: Rules): Decision {
 }
 
 /** The coarsest level with at most this error in the units of the mesh; 0 where none is so close. */
-export function levelWithin(levels: readonly Level[], error: number): number {
-  for (let j = levels.length - 1; j > 0; j--) if (levels[j]!.maxError <= error) return j;
+export function levelWithin(levels: readonly Level[], error: number, measure: Measure = "max"): number {
+  for (let j = levels.length - 1; j > 0; j--) if (errorOf(levels[j]!, measure) <= error) return j;
   return 0;
+}
+
+/** One of the errors of a level. */
+export function errorOf({ maxError, rmsError }: Level, measure: Measure = "max"): number {
+  return measure === "rms" ? rmsError : maxError;
 }
 
 function goalsOf(meshes: readonly Standing[], rules: Rules): { goals: (number | null)[]; pixels: number; bytes: number } {
@@ -89,7 +98,7 @@ function goalsOf(meshes: readonly Standing[], rules: Rules): { goals: (number | 
       const { levels, scale, arrived, goal } = mesh;
       if (!levels) return null;
       if (scale <= 0) return keep ? Math.max(arrived ?? base(mesh), goal ?? 0) : base(mesh);
-      const [coarsest, finest] = [pixels, rules.slack * pixels].map((error) => levelWithin(levels, error / scale));
+      const [coarsest, finest] = [pixels, rules.slack * pixels].map((error) => levelWithin(levels, error / scale, rules.measure));
       return goal === null ? coarsest! : Math.min(coarsest!, Math.max(finest!, goal));
     });
   const bytesOf = (goals: (number | null)[]) =>
@@ -102,7 +111,7 @@ function goalsOf(meshes: readonly Standing[], rules: Rules): { goals: (number | 
   if (seen.bytes <= rules.budget) return seen;
   // Goals change where a level comes within the tolerance, or within its slack; memory shrinks as it grows.
   const thresholds = meshes
-    .flatMap(({ levels, scale }) => (levels && scale > 0 ? levels.map(({ maxError }) => maxError * scale) : []))
+    .flatMap(({ levels, scale }) => (levels && scale > 0 ? levels.map((level) => errorOf(level, rules.measure) * scale) : []))
     .flatMap((error) => (rules.slack > 0 ? [error, error / rules.slack] : [error]))
     .map((error) => error * (1 + ROUNDING))
     .filter((error) => error > rules.pixels)
@@ -121,7 +130,7 @@ function turns(meshes: readonly Standing[], goals: readonly (number | null)[], r
   const needy = meshes.flatMap((mesh, k) => {
     if (mesh.arrived === null) return mesh.scale > 0 || !mesh.levels ? [{ k, mesh, error: Infinity }] : [];
     if (mesh.scale <= 0 || mesh.arrived <= goals[k]!) return [];
-    return [{ k, mesh, error: mesh.levels![mesh.arrived]!.maxError * mesh.scale }];
+    return [{ k, mesh, error: errorOf(mesh.levels![mesh.arrived]!, rules.measure) * mesh.scale }];
   });
   // A turn under way, of those that are to go on at all.
   const isReading = ({ mesh: { arrived, turn } }: (typeof needy)[number]) => turn !== null && (arrived === null || arrived > turn);

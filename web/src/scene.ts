@@ -2,7 +2,7 @@
 
 import { Frustum, Matrix4, Sphere, Vector3, type Camera, type Mesh, type Object3D } from "three";
 import type { UnweldGeometry } from "./geometry.js";
-import { decide, levelWithin, type Decision, type Rules, type Standing, type Step } from "./unweld.js";
+import { decide, errorOf, levelWithin, type Decision, type Measure, type Rules, type Standing, type Step } from "./unweld.js";
 
 /**
  * Pixels that a unit of length in the space of an object takes on the screen, where the object's bounding sphere is nearest to the camera;
@@ -22,23 +22,30 @@ export function pixelsPerUnit(object: Object3D, sphere: Sphere, camera: Camera, 
   return (scale * size) / Math.max(distance, NEAREST * world.radius, Number.MIN_VALUE);
 }
 
-/** The error in pixels of what a mesh shows now, at most: of its level's largest error; `Infinity` while nothing is shown, 0 out of view. */
-export function pixelError(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number): number {
+/** The error in pixels of what a mesh shows now, its largest or by another measure; `Infinity` while nothing is shown, 0 out of view. */
+export function pixelError(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number, measure?: Measure): number {
   const { geometry } = mesh;
   if (!geometry.boundingSphere || !geometry.last?.level) return Infinity;
-  return geometry.last.level.maxError * pixelsPerUnit(mesh, geometry.boundingSphere, camera, height);
+  return errorOf(geometry.last.level, measure) * pixelsPerUnit(mesh, geometry.boundingSphere, camera, height);
 }
 
 /**
  * The coarsest level of a mesh whose error is at most so many pixels, for `geometry.want`; `null` before its table of contents is known. With
  * `slack` below 1 it goes down from the level wanted last only to one of at most this share of the error.
  */
-export function levelFor(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number, pixels = 1, slack = 0.7): number | null {
+export function levelFor(
+  mesh: Mesh<UnweldGeometry>,
+  camera: Camera,
+  height: number,
+  pixels = 1,
+  slack = 0.7,
+  measure?: Measure,
+): number | null {
   const { contents, boundingSphere } = mesh.geometry;
   if (!contents || !boundingSphere) return null;
   const scale = pixelsPerUnit(mesh, boundingSphere, camera, height);
   if (scale <= 0) return contents.wanted.level;
-  const [coarsest, finest] = [pixels, slack * pixels].map((error) => levelWithin(contents.levels, error / scale));
+  const [coarsest, finest] = [pixels, slack * pixels].map((error) => levelWithin(contents.levels, error / scale, measure));
   return Math.min(coarsest!, Math.max(finest!, contents.wanted.level));
 }
 
@@ -74,6 +81,8 @@ export class UnweldPlanner {
   pixels: number;
   /** Bytes of all geometries together. */
   budget: number;
+  /** Which error of a level that is: the largest, where nothing is said. */
+  measure: Measure;
   slack: number;
   lanes: number;
   segment: number;
@@ -87,6 +96,7 @@ export class UnweldPlanner {
   constructor(rules: Partial<Omit<Rules, "bytesOf">> = {}) {
     this.pixels = rules.pixels ?? 1;
     this.budget = rules.budget ?? 256e6;
+    this.measure = rules.measure ?? "max";
     this.slack = rules.slack ?? 0.7;
     this.lanes = rules.lanes ?? 2;
     this.segment = rules.segment ?? 65_536;

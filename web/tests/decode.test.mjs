@@ -8,7 +8,7 @@ import { Mirror } from "./mirror.mjs";
 import { serve } from "./server.mjs";
 
 const golden = (name) => readFile(new URL(`../../tests/golden/${name}.uwm`, import.meta.url));
-const [sphere, torus] = (await Promise.all([golden("sphere"), golden("torus")])).map((bytes) => new Uint8Array(bytes));
+const [sphere, torus, order] = (await Promise.all([golden("sphere"), golden("torus"), golden("order")])).map((bytes) => new Uint8Array(bytes));
 const pool = new WorkerPool(0);
 const test = (name, act) => run(name, { timeout: 60_000 }, act);
 
@@ -48,6 +48,22 @@ test("an icosphere of 80 triangles arrives whole, with all levels in order", asy
   const count = contents.levels.length;
   assert.deepEqual(mirror.levels.map(({ level }) => level), Array.from({ length: count }, (_, k) => count - 1 - k));
   assert.match(mirror.last.metadata.generator, /unweld/);
+});
+
+test("level 0 is all, by whichever word it is wanted", async () => {
+  for (const bytes of [sphere, order]) {
+    const whole = await mirrorOf(bytes);
+    const { levels, wanted } = whole.last.contents;
+    assert.equal(levels[0].end, wanted.end);
+    for (const until of [{ level: 0 }, { error: 0 }, { error: 0, measure: "rms" }]) {
+      // Without the keyframes too, as a server's `refine` gives it.
+      for (const input of [bytes, bytes.slice(0, wanted.end)]) {
+        const mirror = await mirrorOf(input, { until });
+        assert.deepEqual([mirror.last.complete, mirror.last.bytes, mirror.exact()], [true, wanted.end, whole.exact()]);
+        assert.deepEqual([mirror.last.residue, mirror.last.metadata], [whole.last.residue, whole.last.metadata]);
+      }
+    }
+  }
 });
 
 test("the size of the pieces does not matter", async () => {
@@ -133,6 +149,12 @@ test("no more is decoded than is wanted", async () => {
   assert.ok(few.triangles <= 40 && few.triangles > 30);
   const error = contents.levels[4].maxError;
   assert.ok((await mirrorOf(sphere, { until: { error } })).last.level.maxError <= error);
+  // The same number as a root mean square is met by a coarser level.
+  const coarsest = (name) => contents.levels.findLastIndex((level) => level[name] <= error);
+  assert.ok(coarsest("rmsError") > coarsest("maxError"));
+  for (const [measure, name] of [["max", "maxError"], ["rms", "rmsError"]]) {
+    assert.equal((await mirrorOf(sphere, { until: { error, measure } })).last.level.level, coarsest(name));
+  }
 });
 
 test("levels can be shown again", async () => {

@@ -21,6 +21,16 @@ test("the coarsest level within an error", () => {
   assert.deepEqual([9, 8, 7.9, 1, 0.5, 0].map((error) => levelWithin(levels, error)), [4, 4, 3, 1, 0, 0]);
 });
 
+test("by the root mean square, where that is asked for", () => {
+  // A third of the largest: 8/3, 4/3, 2/3, 1/3 from the base down.
+  assert.deepEqual([3, 2, 1, 0.5, 0].map((error) => levelWithin(levels, error, "rms")), [4, 3, 2, 1, 0]);
+  const by = (measure) => goals(decide([mesh(0.5), mesh(1)], { ...rules, measure }));
+  assert.deepEqual([by("max"), by("rms")], [[2, 1], [3, 2]]);
+  // The goals take 500 bytes: with 400 the tolerance goes up to the next error on the screen, 4/3 for both.
+  const tight = decide([mesh(0.5), mesh(1)], { ...rules, slack: 0, measure: "rms", budget: 400 });
+  assert.deepEqual([goals(tight), tight.pixels.toFixed(6)], [[4, 3], (4 / 3).toFixed(6)]);
+});
+
 test("the goal is the coarsest level within the tolerance on the screen", () => {
   // At half a pixel a unit, an error of 2 is one pixel; at a tenth, 8 is less than one; at 10, only 0 is within.
   assert.deepEqual(goals(decide([mesh(0.5), mesh(0.1), mesh(10)], rules)), [2, 4, 0]);

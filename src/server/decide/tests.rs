@@ -47,14 +47,27 @@ fn targets() {
 #[test]
 fn a_small_file_by_hand() {
     // Atoms: 0 optional, 1 base of level 2, 2 to 4 level 1, 5 to 7 level 0, 8 residue, 9 metadata, 10 keyframe of level 1, 11 optional;
-    // the residue is the last that a client is led to.
+    // the metadata are the last that a client is led to.
     let contents = testing::contents(&testing::small_file());
     let ask = |text: &str| refine(&contents, &Query::parse(Some(text), Target::Refine.queries()).unwrap());
     let atoms = |text: &str| ask(text).unwrap().atoms;
     let first = contents.steps(2);
-    assert_eq!(atoms("from=2"), first.end..contents.residue().end);
+    for all in ["from=2", "from=2&to=0", "from=2&max_error=0.1", "from=2&max_bytes=9999"] {
+        assert_eq!(atoms(all), 2..10, "{all}");
+    }
+    assert_eq!(
+        [atoms("from=2&triangles=99"), atoms("from=0"), atoms("after=8"), atoms("after=9")],
+        [2..8, 8..10, 9..10, 10..10]
+    );
+    assert_eq!(field(ask("after=10")), "after");
     assert_eq!(atoms("from=2&to=1"), contents.steps(1));
-    assert_eq!(atoms("from=2&faces=8"), contents.steps(1).start..contents.steps(1).start + 2);
+    // Largest errors 0.5, 0.25 and 0.1; the root mean square is 0.125 everywhere.
+    assert_eq!(atoms("from=2&max_error=0.25"), contents.steps(1));
+    assert_eq!(atoms("from=2&rms_error=0.125"), first.end..first.end);
+    assert_eq!(atoms("from=2&rms_error=0.25"), first.end..first.end);
+    assert_eq!(atoms("from=2&rms_error=0.12"), atoms("from=2"));
+    assert_eq!(atoms("from=2&faces=8"), atoms("from=2&triangles=8"));
+    assert_eq!(atoms("from=2&triangles=8"), contents.steps(1).start..contents.steps(1).start + 2);
     assert_eq!(atoms("from=1&max_bytes=1"), contents.steps(0).start..contents.steps(0).start + 1);
     assert_eq!(ask("from=1&max_bytes=1").unwrap().level, 1);
     assert_eq!(ask("").unwrap().bytes.start, 0);
@@ -62,7 +75,7 @@ fn a_small_file_by_hand() {
     assert_eq!(keyframe(&contents, 1).unwrap().atoms, contents.keyframe(1).unwrap());
     let missing = keyframe(&contents, 0).unwrap_err();
     assert_eq!(missing.detail, "level 0 has no keyframe; there is one of level 2, 1");
-    // Without a residue level 0 is the end.
+    // Without a keyframe the end of the file is the end.
     let (levels, lattice) = (contents.levels[1..].to_vec(), contents.header.lattice);
     let mut file = FileBuilder::new(lattice, [1; 3], levels);
     file.levels[0].precision = 0;
@@ -71,7 +84,7 @@ fn a_small_file_by_hand() {
     file.atom(AtomKind::Refinement, 0, 3, 6, b"all".to_vec());
     file.payload(AtomKind::Metadata, 0, b"who");
     let all = refine(&testing::contents(&file), &Query::default()).unwrap();
-    assert_eq!((all.atoms, all.level), (0..2, 0));
+    assert_eq!((all.atoms, all.level), (0..3, 0));
 }
 
 #[test]
@@ -93,13 +106,13 @@ fn the_example_of_the_specification() {
 proptest! {
     /// Whatever is asked: whole atoms, right behind those the client has, no more bytes than wanted.
     #[test]
-    fn slices_keep_their_promise(file in testing::any_file(), from in 0u32..6, to in 0u32..6, bytes in 0u64..300, faces in 0u32..60) {
+    fn slices_keep_their_promise(file in testing::any_file(), from in 0u32..6, to in 0u32..6, bytes in 0u64..300, triangles in 0u32..60) {
         let contents = testing::contents(&file);
-        let goals = [Goal::Level(to), Goal::Bytes(bytes), Goal::Faces(faces), Goal::Error(f64::from(faces))];
-        for goal in goals {
-            let query = Query { from: Some(from), goal: Some(goal), ..Query::default() };
+        let error = Want::Error(Measure::Max, triangles.into());
+        for want in [Want::Level(to), Want::Bytes(bytes), Want::Triangles(triangles), error] {
+            let query = Query { from: Some(from), want, ..Query::default() };
             let Ok(slice) = refine(&contents, &query) else {
-                prop_assert!(from > contents.base_level() || matches!(goal, Goal::Level(to) if to > from));
+                prop_assert!(from > contents.base_level() || matches!(want, Want::Level(to) if to > from));
                 continue;
             };
             let held = contents.steps(from).end;
@@ -107,18 +120,19 @@ proptest! {
             let sum: u64 = contents.atoms[slice.atoms.clone()].iter().map(|atom| u64::from(atom.length)).sum();
             prop_assert_eq!(slice.bytes.end - slice.bytes.start, sum);
             prop_assert!(slice.level <= from);
-            match goal {
-                Goal::Level(to) => prop_assert_eq!(slice.level, to),
-                Goal::Bytes(most) => prop_assert!(sum <= most),
-                Goal::Faces(most) => {
+            match want {
+                Want::Level(to) => prop_assert_eq!(slice.level, to),
+                Want::Bytes(most) => prop_assert!(sum <= most),
+                Want::Triangles(most) => {
                     let more = &contents.atoms[slice.atoms.clone()];
                     prop_assert!(more.iter().all(|atom| atom.triangles_after <= most));
                 }
                 // The client may hold a finer level than the first that is good enough.
-                Goal::Error(most) => {
+                Want::Error(_, most) => {
                     let held = &contents.levels[slice.level as usize..];
                     prop_assert!(slice.level == 0 || held.iter().any(|level| level.max_error <= most));
                 }
+                Want::All => unreachable!(),
             }
             // Asked again from where it ended, the rest follows without a gap.
             if let Some(after) = slice.atoms.end.checked_sub(1) {

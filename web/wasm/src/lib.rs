@@ -6,7 +6,7 @@
 //! `unweld_…`, since Rust mangles what is not exported.
 
 use std::cell::RefCell;
-use unweld::container::Want;
+use unweld::container::{Measure, Want};
 use unweld::wasm::{Changes, Client, Settings};
 
 /// What one instance of the module holds.
@@ -24,7 +24,7 @@ thread_local! {
 }
 
 /// Begins anew. `flags`: 1 for positions relative to the lattice's origin, 2 for [`unweld_coarsen`], 4 for jumps. `want`: 0 all, 1 level `value`,
-/// 2 an error of at most `value`, 3 at most `value` triangles.
+/// 2 a largest error of at most `value`, 3 at most `value` triangles, 4 a root mean square error of at most `value`.
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_new(flags: u32, want: u32, value: f64) {
     let settings =
@@ -141,8 +141,9 @@ impl Instance {
 fn wanted(want: u32, value: f64) -> Want {
     match want {
         1 => Want::Level(value as u32),
-        2 => Want::MaxError(value),
-        3 => Want::MaxTriangles(value as u32),
+        2 => Want::Error(Measure::Max, value),
+        3 => Want::Triangles(value as u32),
+        4 => Want::Error(Measure::Rms, value),
         _ => Want::All,
     }
 }

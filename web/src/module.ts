@@ -1,5 +1,6 @@
 // The WebAssembly module: one instance a mesh, so that its memory goes with it.
 
+import { unbundled } from "./places.js";
 import type { Settings, Until } from "./types.js";
 
 interface Exports {
@@ -38,10 +39,12 @@ export interface Changes {
 
 /** Compiles the module, once for each address. */
 export function compile(url: string | URL | undefined): Promise<WebAssembly.Module> {
-  const address = String(url ?? new URL("./unweld.wasm", import.meta.url));
+  const address = String(url ?? unbundled(import.meta.url, "unweld.wasm") ?? new URL("./unweld.wasm", import.meta.url));
   let module = modules.get(address);
   if (!module) {
-    module = load(address);
+    module = load(address).catch((error: unknown) => {
+      throw new Error(`${address}: ${error instanceof Error ? error.message : String(error)}`, { cause: error });
+    });
     module.catch(() => modules.delete(address));
     modules.set(address, module);
   }
@@ -128,14 +131,16 @@ export class Decoder {
 
 const modules = new Map<string, Promise<WebAssembly.Module>>();
 
+/** What Node.js has, from 20.16 on: no import, which bundlers would follow. */
+interface Node {
+  process: { getBuiltinModule?(name: string): { readFile(url: URL): Promise<Uint8Array<ArrayBuffer>> } };
+}
+
 async function load(address: string): Promise<WebAssembly.Module> {
-  if (address.startsWith("file:")) {
-    // Only in Node.js: not a name that a bundler would look for.
-    const { readFile } = await import(["node:fs", "promises"].join("/"));
-    return WebAssembly.compile(await readFile(new URL(address)));
-  }
+  const files = address.startsWith("file:") ? (globalThis as Partial<Node>).process?.getBuiltinModule?.("node:fs/promises") : undefined;
+  if (files) return WebAssembly.compile(await files.readFile(new URL(address)));
   const response = await fetch(address);
-  if (!response.ok) throw new Error(`${address}: ${response.status} ${response.statusText}`);
+  if (!response.ok) throw new Error(`${response.status} ${response.statusText}`);
   // Servers that do not know the type of .wasm are common.
   const streams = response.headers.get("content-type")?.startsWith("application/wasm");
   return streams ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());

@@ -1,6 +1,7 @@
 // Several meshes in one scene of three.js: bytes go to the one that is worst on the screen.
 
 import { Frustum, Matrix4, Sphere, Vector3, type Camera, type Mesh, type Object3D } from "three";
+import { checkNames } from "./checks.js";
 import type { UnweldGeometry } from "./geometry.js";
 import { decide, levelWithin, type Decision, type Rules, type Standing, type Step } from "./unweld.js";
 
@@ -85,6 +86,7 @@ export class UnweldPlanner {
   #view: [Camera, number] | null = null;
 
   constructor(rules: Partial<Omit<Rules, "bytesOf">> = {}) {
+    checkNames("UnweldPlanner", rules, ["pixels", "budget", "slack", "lanes", "segment"]);
     this.pixels = rules.pixels ?? 1;
     this.budget = rules.budget ?? 256e6;
     this.slack = rules.slack ?? 0.7;

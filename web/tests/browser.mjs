@@ -34,6 +34,7 @@ const files = {
   [`/meshes/${name}`]: mesh,
   "/meshes": list,
   "/bad.uwm": { bytes: bad },
+  "/part.uwm": { bytes: sphere.subarray(0, first.contents.levels[3].end), etag: '"1"' },
   "/slow.uwm": { bytes: sphere, rate: 100 },
   "/breaks.uwm": { bytes: sphere, etag: '"1"', breakAfter: 700 },
 };
@@ -76,6 +77,13 @@ try {
   await wide.page.waitForFunction((most) => parseInt(document.getElementById("triangles").textContent.replaceAll(",", "")) < most, late.triangles);
   await wide.page.waitForTimeout(600);
   await shoot(wide.page, "wide-coarse");
+  for (const id of ["rms", "max"]) assert.match(await wide.page.textContent(`#${id}`), / %$/, "each error says what it is");
+  // Another line: the mesh is loaded anew, through it.
+  const loads = () => server.requests.filter(({ path }) => path === `/meshes/${name}`).length;
+  const before = loads();
+  await wide.page.selectOption("#line", "50");
+  await wide.page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  assert.equal(loads(), before + 1);
   assert.deepEqual(wide.faults, []);
 
   const narrow = await open({ width: 390, height: 844 }, `?src=meshes/${name}`);
@@ -88,6 +96,9 @@ try {
 
   const lost = await open({ width: 1280, height: 800 }, "?src=meshes/no.uwm");
   await lost.page.waitForFunction(() => document.getElementById("message").textContent.includes("404"));
+
+  const part = await open({ width: 1280, height: 800 }, "?src=part.uwm");
+  await part.page.waitForFunction(() => document.getElementById("legend").textContent.endsWith("a prefix of the file, down to level 3"));
 
   await killed(open, shoot, { width: 1280, height: 800 }, "wide", file);
   await killed(open, shoot, { width: 390, height: 844 }, "narrow", local("../../tests/golden/torus.uwm"));

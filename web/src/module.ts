@@ -12,13 +12,14 @@ interface Exports {
   unweld_poll(): number;
   unweld_finish(): number;
   unweld_waiting(): number;
+  unweld_fields(): number;
   unweld_take(): number;
   unweld_report(): number;
   unweld_coarsen(): number;
   unweld_restore(): number;
 }
 
-/** What has changed, in arrays of its own. */
+/** What has changed, in arrays of its own. The module tells which fields there are; a test compares these with them. */
 export interface Changes {
   vertices: number;
   triangles: number;
@@ -54,9 +55,12 @@ export function compile(url: string | URL | undefined): Promise<WebAssembly.Modu
 /** A decoder. Its methods are those of `unweld::wasm::Client`. */
 export class Decoder {
   readonly #exports: Exports;
+  /** Name and kind of each field of `Changes`. */
+  readonly #fields: [name: string, kind: keyof typeof READ][];
 
   constructor(module: WebAssembly.Module, settings: Settings) {
     this.#exports = new WebAssembly.Instance(module).exports as unknown as Exports;
+    this.#fields = this.#told(this.#exports.unweld_fields());
     const [want, value] = wanted(settings.until ?? {});
     const flags = (settings.relative ? 1 : 0) | (settings.levels ? 2 : 0) | (settings.jumps ? 4 : 0);
     this.#exports.unweld_new(flags, want, value);
@@ -89,33 +93,13 @@ export class Decoder {
 
   take(): Changes {
     const at = this.#exports.unweld_take() >>> 0;
-    const memory = this.#exports.memory.buffer;
-    const table = new Uint32Array(memory, at, 25);
-    const floats = (k: number) => new Float32Array(memory, table[k]!, table[k + 1]!).slice();
-    const numbers = (k: number) => new Uint32Array(memory, table[k]!, table[k + 1]!).slice();
-    return {
-      vertices: table[0]!,
-      triangles: table[1]!,
-      firstVertex: table[2]!,
-      firstTriangle: table[3]!,
-      positions: floats(4),
-      from: floats(6),
-      normals: floats(8),
-      moved: numbers(10),
-      movedPositions: floats(12),
-      turned: numbers(14),
-      turnedNormals: floats(16),
-      indices: numbers(18),
-      rewritten: numbers(20),
-      rewrittenIndices: numbers(22),
-      jump: new Float32Array(memory, at, 25)[24]!,
-    };
+    const { buffer } = this.#exports.memory;
+    const fields = this.#fields.map(([name, kind], k) => [name, READ[kind](buffer, at + 8 * k)]);
+    return Object.fromEntries(fields) as Changes;
   }
 
   report(): { type: string }[] {
-    const at = this.#exports.unweld_report() >>> 0;
-    const [address, length] = new Uint32Array(this.#exports.memory.buffer, at, 2);
-    return JSON.parse(new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, address, length)));
+    return this.#told(this.#exports.unweld_report());
   }
 
   /** The level reached, or -1. */
@@ -127,6 +111,26 @@ export class Decoder {
   restore(): number {
     return this.#exports.unweld_restore();
   }
+
+  /** What is told as JSON: address and length of its text are at `at`. */
+  #told<T>(at: number): T {
+    const { buffer } = this.#exports.memory;
+    return JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, ...words(buffer, at >>> 0))));
+  }
+}
+
+/** A field of `Changes` by its kind, from the two words at `at`. */
+const READ = {
+  u32: (buffer: ArrayBuffer, at: number) => words(buffer, at)[0],
+  f32: (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, at, 1)[0],
+  "u32[]": (buffer: ArrayBuffer, at: number) => new Uint32Array(buffer, ...words(buffer, at)).slice(),
+  "f32[]": (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, ...words(buffer, at)).slice(),
+};
+
+/** Two words: address and length, mostly. */
+function words(buffer: ArrayBuffer, at: number): [number, number] {
+  const [first, second] = new Uint32Array(buffer, at, 2);
+  return [first!, second!];
 }
 
 const modules = new Map<string, Promise<WebAssembly.Module>>();

@@ -107,7 +107,15 @@ async function webpackBuild() {
   const out = join(work, "webpack");
   const stats = await new Promise((resolve, reject) =>
     webpack(
-      { mode: "production", context: app, entry: "./main.js", output: { path: out, filename: "main.js" }, performance: { hints: false } },
+      {
+        mode: "production",
+        context: app,
+        entry: "./main.js",
+        output: { path: out, filename: "main.js" },
+        performance: { hints: false },
+        // It takes long, and esbuild has minified the package.
+        optimization: { minimize: false },
+      },
       (error, stats) => (error ? reject(error) : resolve(stats)),
     ),
   );

@@ -133,7 +133,8 @@ export class UnweldPlanner {
   #standing({ mesh, step }: Planned, camera: Camera, height: number): Standing {
     const { contents, boundingSphere, finest } = mesh.geometry;
     const scale = boundingSphere ? pixelsPerUnit(mesh, boundingSphere, camera, height) : 0;
-    return { levels: contents?.levels ?? null, scale, arrived: finest, goal: step.goal, turn: step.read };
+    const last = mesh.geometry.last?.prefix ? (finest ?? 0) : 0;
+    return { levels: contents?.levels ?? null, scale, arrived: finest, last, goal: step.goal, turn: step.read };
   }
 
   #carryOut(one: Planned, step: Step): void {

@@ -35,6 +35,7 @@ const files = {
   "/meshes": list,
   "/bad.uwm": { bytes: bad },
   "/part.uwm": { bytes: sphere.subarray(0, first.contents.levels[3].end), etag: '"1"' },
+  "/rest.uwm": { bytes: sphere, etag: '"1"', rate: 500 },
   "/slow.uwm": { bytes: sphere, rate: 100 },
   "/breaks.uwm": { bytes: sphere, etag: '"1"', breakAfter: 700 },
 };
@@ -262,6 +263,9 @@ async function loader(page) {
     const controller = new AbortController();
     const slow = loader.setSignal(controller.signal).loadAsync("slow.uwm").catch((error) => error);
     controller.abort(new Error("enough"));
+    const half = await new UnweldLoader().loadAsync("rest.uwm");
+    half.dispose();
+    const disposed = await half.complete.catch((error) => error);
     let last;
     for await (const delta of decode("breaks.uwm")) last = delta;
     return {
@@ -269,6 +273,7 @@ async function loader(page) {
       bad: [bad.name, bad.section, typeof bad.atom?.index, bad.message],
       gone: gone.status,
       slow: (await slow).message,
+      disposed: [disposed?.name, half.last.complete],
       broken: [last.triangles, last.complete],
     };
   });
@@ -277,5 +282,6 @@ async function loader(page) {
   assert.deepEqual(told.bad.slice(0, 3), ["FormatError", "3.4", "number"]);
   assert.match(told.bad[3], /^byte \d+: atom \d+/);
   assert.deepEqual([told.gone, told.slow, told.broken], [404, "enough", [80, true]]);
-  assert.equal(page.workers().length, 3, "two of the loader, one that others share");
+  assert.deepEqual(told.disposed, ["AbortError", false]);
+  assert.equal(page.workers().length, 4, "two of the loader, one of another, one that others share");
 }

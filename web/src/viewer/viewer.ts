@@ -170,7 +170,8 @@ async function listed(): Promise<Listed[] | number> {
     if (!response?.ok) return list.length > 0 ? list : (response?.status ?? 0);
     const page: { meshes: Listed[]; next?: string | null } = await response.json();
     list.push(...page.meshes);
-    after = page.next ?? null;
+    // A page without a mesh would lead on for ever.
+    after = page.meshes.length > 0 ? (page.next ?? null) : null;
   }
   return list;
 }

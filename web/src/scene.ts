@@ -86,7 +86,7 @@ export class UnweldPlanner {
   #view: [Camera, number] | null = null;
 
   constructor(rules: Partial<Omit<Rules, "bytesOf">> = {}) {
-    checkNames("UnweldPlanner", rules, ["pixels", "budget", "slack", "lanes", "segment"]);
+    checkNames("UnweldPlanner", rules, RULES);
     this.pixels = rules.pixels ?? 1;
     this.budget = rules.budget ?? 256e6;
     this.slack = rules.slack ?? 0.7;
@@ -175,6 +175,14 @@ export class UnweldPlanner {
   }
 }
 
+/** The names of what a planner goes by. */
+const RULES = Object.keys({
+  pixels: true,
+  budget: true,
+  slack: true,
+  lanes: true,
+  segment: true,
+} satisfies Record<keyof Omit<Rules, "bytesOf">, true>);
 const [frustum, matrix, eye] = [new Frustum(), new Matrix4(), new Vector3()];
 /** Inside its bounding sphere a mesh is taken to be as near as this share of its radius. */
 const NEAREST = 0.01;

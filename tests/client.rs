@@ -317,3 +317,26 @@ fn a_fault_names_its_atom() {
     copy.apply(&client.take());
     assert_eq!(copy.triangles.len(), contents.level(3).unwrap().triangles as usize);
 }
+
+/// The page's declaration of what it is given, which no compiler compares with ours.
+#[test]
+fn the_page_declares_the_same_fields() {
+    let source = include_str!("../web/src/module.ts");
+    let (_, declared) = source.split_once("export interface Changes {\n").expect("it is declared");
+    let (declared, _) = declared.split_once('}').expect("the declaration ends");
+    let declared: Vec<_> = declared
+        .lines()
+        .filter_map(|line| line.trim().trim_end_matches(';').split_once(": "))
+        .map(|(name, kind)| (name, kind.to_owned()))
+        .collect();
+    let changes = Changes::default();
+    let ours = changes.fields().map(|(name, field)| {
+        let kind = match field.kind() {
+            "u32[]" => "Uint32Array",
+            "f32[]" => "Float32Array",
+            _ => "number",
+        };
+        (name, kind.to_owned())
+    });
+    assert_eq!(declared, ours);
+}

@@ -39,6 +39,55 @@ pub struct Changes {
     pub jump: f32,
 }
 
+/// A field of [`Changes`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Field<'a> {
+    /// A count or a number.
+    Number(u32),
+    /// A length.
+    Length(f32),
+    /// Numbers of vertices or triangles.
+    Numbers(&'a [u32]),
+    /// Coordinates.
+    Coordinates(&'a [f32]),
+}
+
+impl Field<'_> {
+    /// Its type in few letters: `u32`, `f32`, `u32[]` or `f32[]`.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Number(_) => "u32",
+            Self::Length(_) => "f32",
+            Self::Numbers(_) => "u32[]",
+            Self::Coordinates(_) => "f32[]",
+        }
+    }
+}
+
+impl Changes {
+    /// All fields in order, by the names that a page has for them. There is no other list: a page asks for this one.
+    pub fn fields(&self) -> [(&'static str, Field<'_>); 15] {
+        use Field::{Coordinates, Length, Number, Numbers};
+        [
+            ("vertices", Number(self.counts[0])),
+            ("triangles", Number(self.counts[1])),
+            ("firstVertex", Number(self.first_vertex)),
+            ("firstTriangle", Number(self.first_triangle)),
+            ("positions", Coordinates(&self.positions)),
+            ("from", Coordinates(&self.from)),
+            ("normals", Coordinates(&self.normals)),
+            ("moved", Numbers(&self.moved)),
+            ("movedPositions", Coordinates(&self.moved_positions)),
+            ("turned", Numbers(&self.turned)),
+            ("turnedNormals", Coordinates(&self.turned_normals)),
+            ("indices", Numbers(&self.indices)),
+            ("rewritten", Numbers(&self.rewritten)),
+            ("rewrittenIndices", Numbers(&self.rewritten_indices)),
+            ("jump", Length(self.jump)),
+        ]
+    }
+}
+
 /// A set of numbers that keeps the order in which they came.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
@@ -65,5 +114,55 @@ impl Marks {
         for number in self.list.drain(..) {
             self.there.set(number as usize, false);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Each field told is the field that is named: fifteen values that differ.
+    #[test]
+    fn names_lead_to_their_fields() {
+        let changes = Changes {
+            counts: [1, 2],
+            first_vertex: 3,
+            positions: vec![4.0],
+            from: vec![5.0],
+            normals: vec![6.0],
+            moved: vec![7],
+            moved_positions: vec![8.0],
+            turned: vec![9],
+            turned_normals: vec![10.0],
+            first_triangle: 11,
+            indices: vec![12],
+            rewritten: vec![13],
+            rewritten_indices: vec![14],
+            jump: 15.0,
+        };
+        let told = changes.fields().map(|(name, field)| match field {
+            Field::Number(x) => (name, x),
+            Field::Length(x) => (name, x as u32),
+            Field::Numbers(x) => (name, x[0]),
+            Field::Coordinates(x) => (name, x[0] as u32),
+        });
+        let expected = [
+            ("firstTriangle", 11),
+            ("firstVertex", 3),
+            ("from", 5),
+            ("indices", 12),
+            ("jump", 15),
+            ("moved", 7),
+            ("movedPositions", 8),
+            ("normals", 6),
+            ("positions", 4),
+            ("rewritten", 13),
+            ("rewrittenIndices", 14),
+            ("triangles", 2),
+            ("turned", 9),
+            ("turnedNormals", 10),
+            ("vertices", 1),
+        ];
+        assert_eq!(std::collections::BTreeMap::from(told), std::collections::BTreeMap::from(expected));
     }
 }

@@ -182,6 +182,45 @@ fn a_connection_that_always_breaks_is_given_up() {
 }
 
 #[test]
+fn a_connection_that_breaks_at_the_same_byte_is_given_up() {
+    let (file, contents) = coded(1);
+    let cut = file.len() - 100;
+    assert!(cut > contents.header.table_end() as usize + 4096, "more than makes failures forgotten");
+    // Without ranges and with them: each time as far as before, and no byte further.
+    for ranges in [false, true] {
+        let served = file.clone();
+        let script = Script::answers(move |_, asked| {
+            let mut answer = if ranges { asked.answer(&served, TAG) } else { whole(&served, TAG) };
+            let start = if ranges { asked.range().0 } else { 0 };
+            answer.truncate(head_length(&answer) + cut.saturating_sub(start));
+            answer
+        });
+        let options = HttpOptions { retries: 3, ..options() };
+        let outcome = fetched_with(&script, options, u64::MAX, whole_file);
+        assert!(matches!(fault(outcome), Fault::Unavailable { tries: 4, .. }));
+        assert_eq!(script.asked().len(), 4, "once, and three times again");
+    }
+}
+
+#[test]
+fn a_file_that_is_cut_off_is_told_at_once() {
+    let (file, _) = coded(1);
+    let cut = file.len() - 100;
+    let served = file[..cut].to_vec();
+    // No length at all, and then nothing behind the cut.
+    let script = Script::answers(move |_, asked| match asked.range().0 {
+        0 => [b"HTTP/1.1 200 OK\r\nConnection: close\r\n\r\n", &served[..]].concat(),
+        _ => b"HTTP/1.1 416 No\r\nContent-Length: 0\r\n\r\n".to_vec(),
+    });
+    let error = fetched(&script, u64::MAX, whole_file).1.unwrap_err();
+    assert_eq!(
+        error.to_string(),
+        format!("byte {cut}: the file is cut off: 100 bytes are missing (spec §3.1)")
+    );
+    assert!(script.asked().len() <= 2);
+}
+
+#[test]
 fn a_version_that_changes_is_told() {
     let ((one, _), (two, _)) = (coded(1), coded(2));
     type Reply = fn(&[u8], &Asked) -> Vec<u8>;

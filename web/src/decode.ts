@@ -1,3 +1,4 @@
+import { checkNames, checkUntil } from "./checks.js";
 import { ConnectionError } from "./errors.js";
 import { WorkerPool } from "./pool.js";
 import type { Decoding } from "./session.js";
@@ -18,7 +19,8 @@ export interface DecodeOptions extends Settings, SourceOptions {
  * for await (const delta of decode("bunny.uwm")) console.log(delta.triangles);
  * ```
  *
- * Errors: `FormatError`, `LimitError`, `HttpError`, `ConnectionError`, and the reason of the signal. Whatever it is, the deltas before it
+ * Errors: `FormatError`, `LimitError`, `HttpError`, `ConnectionError`, and the reason of the signal; at once a `TypeError` for an option that there is
+ * not. Whatever it is, the deltas before it
  * make a valid mesh.
  */
 export function decode(input: Input, options: DecodeOptions = {}): MeshStream {
@@ -41,6 +43,8 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   readonly #abort = () => this.close();
 
   constructor(input: Input, options: DecodeOptions) {
+    checkNames("decode", options, OPTIONS);
+    checkUntil(options.until ?? {});
     this.#options = options;
     this.#source = new Source(input, options);
     const { until, relative, levels, jumps, wasm } = options;
@@ -112,6 +116,7 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
    * fetched, by Range. Where it is less, what is there stays, and the stream ends early; `show` goes down.
    */
   async want(until: Until): Promise<void> {
+    checkUntil(until);
     if (this.#state === "closed") throw new TypeError("the stream is closed");
     const contents = await this.#decoding.want(until);
     if (contents) {
@@ -158,7 +163,7 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
         const bytes = await source.read();
         if (bytes === "restart") await this.#decoding.restart();
         else if (bytes) source.expected = (await this.#decoding.push(bytes)) ?? source.expected;
-        else if (source.isOver) await this.#decoding.end("for good");
+        else if (source.isOver) await this.#decoding.end(source.isPrefix ? "prefix" : "for good");
       }
     } catch (error) {
       if (this.#state === "closed") return;
@@ -168,6 +173,22 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   }
 }
 
+/** The names in `DecodeOptions`. */
+const OPTIONS = Object.keys({
+  until: true,
+  relative: true,
+  levels: true,
+  jumps: true,
+  wasm: true,
+  signal: true,
+  retries: true,
+  request: true,
+  fetch: true,
+  head: true,
+  prefix: true,
+  pool: true,
+  keep: true,
+} satisfies Record<keyof DecodeOptions, true>);
 let pool: WorkerPool | null = null;
 
 function shared(): WorkerPool {

@@ -35,15 +35,19 @@ export class HttpError extends UnweldError {
   }
 }
 
-/** The connection was lost and could not be made again. Iterating once more goes on from `received`. */
+/** The connection was lost and could not be made again, or the server has no more of the file. Iterating once more goes on from `received`. */
 export class ConnectionError extends UnweldError {
   override name = "ConnectionError";
   /** Bytes of the file received so far. */
   readonly received: number;
-  constructor(url: string, received: number, cause: unknown) {
+  /** Bytes that are wanted of it, `null` where that is not known yet. */
+  readonly wanted: number | null;
+  constructor(url: string, received: number, wanted: number | null, cause: unknown) {
     const why = cause instanceof Error ? cause.message : String(cause);
-    super(`${url || "the stream"}: lost after ${received} bytes: ${why}`, { cause });
+    const bytes = wanted === null ? `${received} bytes` : `${received} of the ${wanted} bytes wanted`;
+    super(`${url || "the stream"}: lost after ${bytes}: ${why}`, { cause });
     this.received = received;
+    this.wanted = wanted;
   }
 }
 

@@ -3,10 +3,18 @@
 import { BufferAttribute, BufferGeometry, Box3, Sphere, type TypedArray, Vector3 } from "three";
 import type { Contents, Delta, Level, MeshStream, Until } from "./unweld.js";
 
-/** What `UnweldGeometry` dispatches. */
+/** What `UnweldGeometry` dispatches when it has changed. */
 export interface RefineEvent {
   type: "refine";
   delta: Delta;
+}
+
+/** All that `UnweldGeometry` dispatches: `complete` when all that is wanted is there or a prefix has ended, `error` when it will not be. */
+export interface GeometryEvents {
+  refine: RefineEvent;
+  complete: object;
+  error: { error: unknown };
+  dispose: object;
 }
 
 /** Settings of a geometry. */
@@ -17,11 +25,11 @@ export interface GeometryOptions {
   waits?: boolean;
 }
 
-/** A geometry that deltas are applied to. Attributes have room for more than `drawRange` shows. */
-export class UnweldGeometry extends BufferGeometry<
-  Record<string, BufferAttribute>,
-  { refine: RefineEvent; dispose: object }
-> {
+/**
+ * A geometry that deltas are applied to. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
+ * Bounding box and sphere are those of the whole file from the first; computed anew, they are of what has arrived.
+ */
+export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, GeometryEvents> {
   /** What the file holds, once known. */
   contents: Contents | null = null;
   /** Vertices and triangles of the mesh as it stands. */
@@ -38,7 +46,10 @@ export class UnweldGeometry extends BufferGeometry<
    * level here, only if that is more than half of it.
    */
   room: number | null = null;
-  /** When all that is wanted first is there. */
+  /**
+   * When all that is wanted first is there, or the prefix of a file has ended (`last.prefix`). Rejected with an `AbortError` where the geometry is
+   * disposed of before.
+   */
   readonly complete: Promise<void>;
   readonly #stream: MeshStream;
   readonly #morph: boolean;
@@ -46,6 +57,7 @@ export class UnweldGeometry extends BufferGeometry<
   #following: Promise<void> | null = null;
   #first: (reached: Promise<void>) => void = () => {};
   #releasing = false;
+  #isDisposed = false;
 
   /** Follows a stream. */
   constructor(stream: MeshStream, { morph = false, waits = false }: GeometryOptions = {}) {
@@ -54,7 +66,7 @@ export class UnweldGeometry extends BufferGeometry<
     this.#morph = morph;
     this.complete = waits ? new Promise((resolve) => (this.#first = resolve)) : this.#follow();
     this.complete.catch(() => {});
-    this.addEventListener("dispose", () => this.#releasing || stream.close());
+    this.addEventListener("dispose", () => this.#releasing || this.#dispose());
   }
 
   /** How far the surface jumped at most with the delta applied last, new vertices being where they begin: see `Delta.jump`. */
@@ -133,16 +145,33 @@ export class UnweldGeometry extends BufferGeometry<
     this.dispatchEvent({ type: "refine", delta });
   }
 
+  #dispose(): void {
+    if (this.#isDisposed) return;
+    this.#isDisposed = true;
+    this.#stream.close();
+    // Where nothing has been wanted yet.
+    const gone = Promise.reject(disposed());
+    gone.catch(() => {});
+    this.#first(gone);
+  }
+
   #follow(): Promise<void> {
     return (this.#following ??= this.#iterate().finally(() => (this.#following = null)));
   }
 
   async #iterate(): Promise<void> {
-    for (;;) {
-      const { done, value } = await this.#stream.next();
-      if (done) return;
-      this.apply(value);
+    try {
+      for (;;) {
+        const { done, value } = await this.#stream.next();
+        if (this.#isDisposed && !this.last?.complete) throw disposed();
+        if (done) break;
+        this.apply(value);
+      }
+    } catch (error) {
+      this.dispatchEvent({ type: "error", error });
+      throw error;
     }
+    this.dispatchEvent({ type: "complete" });
   }
 
   #most(): { readonly vertices: number; readonly triangles: number } {
@@ -152,11 +181,11 @@ export class UnweldGeometry extends BufferGeometry<
 
   /** Gives up room that a coarser level leaves empty. */
   #shrink(vertices: number, triangles: number): void {
-    const room = this.getAttribute("position")?.count ?? 0;
+    const room = (this.getAttribute("position")?.array.length ?? 0) / 3;
     const most = this.#most();
     const [v, t] = [Math.max(vertices, most.vertices), Math.max(triangles, most.triangles)];
     const spare = this.room === null ? 2 : 1;
-    if (room <= spare * v && (this.index?.count ?? 0) <= 3 * spare * t) return;
+    if (room <= spare * v && (this.index?.array.length ?? 0) <= 3 * spare * t) return;
     // Only so does the renderer give back its buffers.
     this.#releasing = true;
     this.dispatchEvent({ type: "dispose" });
@@ -196,14 +225,14 @@ export class UnweldGeometry extends BufferGeometry<
    */
   #room(name: string, components: number, count: number, most: number): [attribute: BufferAttribute, fresh: boolean] {
     const old = name === "index" ? this.index : this.getAttribute(name);
-    if (old && old.count * old.itemSize >= count * components) return [old as BufferAttribute, false];
+    if (old && old.array.length >= count * components) return [counted(old as BufferAttribute, count * components), false];
     const room = components * Math.max(count, Math.min(most, Math.max(LEAST_ROOM, GROWTH * count)));
     const array = name === "index" ? new Uint32Array(room) : new Float32Array(room);
     if (old) array.set(old.array);
     const attribute = new BufferAttribute(array, name === "index" ? 1 : components);
     if (name === "index") this.setIndex(attribute);
     else this.setAttribute(name, attribute);
-    return [attribute, true];
+    return [counted(attribute, count * components), true];
   }
 }
 
@@ -228,7 +257,7 @@ export class UnweldEdges extends BufferGeometry {
 
   #renew(): void {
     const mesh = this.#mesh;
-    const index = new BufferAttribute(new Uint32Array(2 * (mesh.index?.count ?? 0)), 1);
+    const index = new BufferAttribute(new Uint32Array(2 * (mesh.index?.array.length ?? 0)), 1);
     this.setIndex(index);
     for (let t = 0; t < mesh.triangles; t++) this.#copy(t);
     this.#share();
@@ -236,7 +265,7 @@ export class UnweldEdges extends BufferGeometry {
 
   #apply(delta: Delta): void {
     const { index } = this;
-    if (!index || index.count < 6 * this.#mesh.triangles) return this.#renew();
+    if (!index || index.array.length < 6 * this.#mesh.triangles) return this.#renew();
     for (let t = delta.firstTriangle; t < delta.triangles; t++) this.#copy(t);
     for (const t of delta.rewritten.triangles) this.#copy(t);
     upload(index, 6, delta.firstTriangle, delta.triangles, delta.rewritten.triangles);
@@ -258,8 +287,21 @@ export class UnweldEdges extends BufferGeometry {
     }
     this.boundingBox = mesh.boundingBox;
     this.boundingSphere = mesh.boundingSphere;
+    counted(this.index!, 6 * mesh.triangles);
     this.setDrawRange(0, 6 * mesh.triangles);
   }
+}
+
+/**
+ * Tells an attribute how many of its numbers are in use. The renderer sends whole arrays; whatever else reads a geometry, such as bounding boxes and
+ * exporters, goes by the count.
+ */
+function counted(attribute: BufferAttribute, numbers: number): BufferAttribute {
+  return Object.assign(attribute, { count: numbers / attribute.itemSize });
+}
+
+function disposed(): DOMException {
+  return new DOMException("the geometry has been disposed of", "AbortError");
 }
 
 /** Least items that there is room for. */

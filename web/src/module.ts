@@ -1,5 +1,6 @@
 // The WebAssembly module: one instance a mesh, so that its memory goes with it.
 
+import { unbundled } from "./places.js";
 import type { Settings, Until } from "./types.js";
 
 interface Exports {
@@ -11,13 +12,14 @@ interface Exports {
   unweld_poll(): number;
   unweld_finish(): number;
   unweld_waiting(): number;
+  unweld_fields(): number;
   unweld_take(): number;
   unweld_report(): number;
   unweld_coarsen(): number;
   unweld_restore(): number;
 }
 
-/** What has changed, in arrays of its own. */
+/** What has changed, in arrays of its own. The module tells which fields there are; a test compares these with them. */
 export interface Changes {
   vertices: number;
   triangles: number;
@@ -38,10 +40,12 @@ export interface Changes {
 
 /** Compiles the module, once for each address. */
 export function compile(url: string | URL | undefined): Promise<WebAssembly.Module> {
-  const address = String(url ?? new URL("./unweld.wasm", import.meta.url));
+  const address = String(url ?? unbundled(import.meta.url, "unweld.wasm") ?? new URL("./unweld.wasm", import.meta.url));
   let module = modules.get(address);
   if (!module) {
-    module = load(address);
+    module = load(address).catch((error: unknown) => {
+      throw new Error(`${address}: ${error instanceof Error ? error.message : String(error)}`, { cause: error });
+    });
     module.catch(() => modules.delete(address));
     modules.set(address, module);
   }
@@ -51,9 +55,12 @@ export function compile(url: string | URL | undefined): Promise<WebAssembly.Modu
 /** A decoder. Its methods are those of `unweld::wasm::Client`. */
 export class Decoder {
   readonly #exports: Exports;
+  /** Name and kind of each field of `Changes`. */
+  readonly #fields: [name: string, kind: keyof typeof READ][];
 
   constructor(module: WebAssembly.Module, settings: Settings) {
     this.#exports = new WebAssembly.Instance(module).exports as unknown as Exports;
+    this.#fields = this.#told(this.#exports.unweld_fields());
     const [want, value] = wanted(settings.until ?? {});
     const flags = (settings.relative ? 1 : 0) | (settings.levels ? 2 : 0) | (settings.jumps ? 4 : 0);
     this.#exports.unweld_new(flags, want, value);
@@ -86,33 +93,13 @@ export class Decoder {
 
   take(): Changes {
     const at = this.#exports.unweld_take() >>> 0;
-    const memory = this.#exports.memory.buffer;
-    const table = new Uint32Array(memory, at, 25);
-    const floats = (k: number) => new Float32Array(memory, table[k]!, table[k + 1]!).slice();
-    const numbers = (k: number) => new Uint32Array(memory, table[k]!, table[k + 1]!).slice();
-    return {
-      vertices: table[0]!,
-      triangles: table[1]!,
-      firstVertex: table[2]!,
-      firstTriangle: table[3]!,
-      positions: floats(4),
-      from: floats(6),
-      normals: floats(8),
-      moved: numbers(10),
-      movedPositions: floats(12),
-      turned: numbers(14),
-      turnedNormals: floats(16),
-      indices: numbers(18),
-      rewritten: numbers(20),
-      rewrittenIndices: numbers(22),
-      jump: new Float32Array(memory, at, 25)[24]!,
-    };
+    const { buffer } = this.#exports.memory;
+    const fields = this.#fields.map(([name, kind], k) => [name, READ[kind](buffer, at + 8 * k)]);
+    return Object.fromEntries(fields) as Changes;
   }
 
   report(): { type: string }[] {
-    const at = this.#exports.unweld_report() >>> 0;
-    const [address, length] = new Uint32Array(this.#exports.memory.buffer, at, 2);
-    return JSON.parse(new TextDecoder().decode(new Uint8Array(this.#exports.memory.buffer, address, length)));
+    return this.#told(this.#exports.unweld_report());
   }
 
   /** The level reached, or -1. */
@@ -124,18 +111,40 @@ export class Decoder {
   restore(): number {
     return this.#exports.unweld_restore();
   }
+
+  /** What is told as JSON: address and length of its text are at `at`. */
+  #told<T>(at: number): T {
+    const { buffer } = this.#exports.memory;
+    return JSON.parse(new TextDecoder().decode(new Uint8Array(buffer, ...words(buffer, at >>> 0))));
+  }
+}
+
+/** A field of `Changes` by its kind, from the two words at `at`. */
+const READ = {
+  u32: (buffer: ArrayBuffer, at: number) => words(buffer, at)[0],
+  f32: (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, at, 1)[0],
+  "u32[]": (buffer: ArrayBuffer, at: number) => new Uint32Array(buffer, ...words(buffer, at)).slice(),
+  "f32[]": (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, ...words(buffer, at)).slice(),
+};
+
+/** Two words: address and length, mostly. */
+function words(buffer: ArrayBuffer, at: number): [number, number] {
+  const [first, second] = new Uint32Array(buffer, at, 2);
+  return [first!, second!];
 }
 
 const modules = new Map<string, Promise<WebAssembly.Module>>();
 
+/** What Node.js has, from 20.16 on: no import, which bundlers would follow. */
+interface Node {
+  process: { getBuiltinModule?(name: string): { readFile(url: URL): Promise<Uint8Array<ArrayBuffer>> } };
+}
+
 async function load(address: string): Promise<WebAssembly.Module> {
-  if (address.startsWith("file:")) {
-    // Only in Node.js: not a name that a bundler would look for.
-    const { readFile } = await import(["node:fs", "promises"].join("/"));
-    return WebAssembly.compile(await readFile(new URL(address)));
-  }
+  const files = address.startsWith("file:") ? (globalThis as Partial<Node>).process?.getBuiltinModule?.("node:fs/promises") : undefined;
+  if (files) return WebAssembly.compile(await files.readFile(new URL(address)));
   const response = await fetch(address);
-  if (!response.ok) throw new Error(`${address}: ${response.status} ${response.statusText}`);
+  if (!response.ok) throw new Error(`${response.status} ${response.statusText}`);
   // Servers that do not know the type of .wasm are common.
   const streams = response.headers.get("content-type")?.startsWith("application/wasm");
   return streams ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());

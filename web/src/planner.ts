@@ -24,6 +24,8 @@ export interface Standing {
   readonly scale: number;
   /** The finest level that has arrived, `null` before the base has. */
   readonly arrived: number | null;
+  /** The finest level that there is to be had, where the file has ended as a prefix. */
+  readonly last?: number;
   /** Its goal as it was decided last, `null` if it never was. */
   readonly goal: number | null;
   /** The level that it is read up to now, `null` where it is not read. */
@@ -99,7 +101,8 @@ function goalsOf(meshes: readonly Standing[], rules: Rules): { goals: (number | 
       if (!levels) return null;
       if (scale <= 0) return keep ? Math.max(arrived ?? base(mesh), goal ?? 0) : base(mesh);
       const [coarsest, finest] = [pixels, rules.slack * pixels].map((error) => levelWithin(levels, error / scale, rules.measure));
-      return goal === null ? coarsest! : Math.min(coarsest!, Math.max(finest!, goal));
+      const wished = goal === null ? coarsest! : Math.min(coarsest!, Math.max(finest!, goal));
+      return Math.max(wished, mesh.last ?? 0);
     });
   const bytesOf = (goals: (number | null)[]) =>
     goals.reduce<number>((sum, goal, k) => sum + (goal === null ? 0 : rules.bytesOf(meshes[k]!.levels![goal]!)), 0);

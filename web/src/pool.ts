@@ -1,6 +1,7 @@
 // Workers, shared by meshes; each mesh stays with the one it was given.
 
 import { errorOf, LimitError, type Fault } from "./errors.js";
+import { unbundled } from "./places.js";
 import { Session, type Decoding } from "./session.js";
 import type { Contents, Delta, Settings } from "./types.js";
 import type { Answer, Call } from "./worker.js";
@@ -45,14 +46,15 @@ class Remote {
   #next = 0;
 
   constructor(url: string | URL | undefined) {
-    this.#worker = started(url);
+    const address = url ?? unbundled(import.meta.url, "worker.js");
+    this.#worker = started(address);
     this.#worker.onmessage = ({ data: { call, value, error } }: MessageEvent<Answer>) => {
       const waiting = this.#calls.get(call);
       this.#calls.delete(call);
       if (error) waiting?.reject(revived(error));
       else waiting?.resolve(value as never);
     };
-    this.#worker.onerror = (event) => this.end(new Error(`the worker failed: ${event.message ?? "it cannot be loaded"}`));
+    this.#worker.onerror = ({ message }) => this.end(new Error(`${address ?? beside()}: the worker failed: ${message ?? "it cannot be loaded"}`));
   }
 
   open(settings: Settings): Decoding {
@@ -120,14 +122,19 @@ class Remote {
 const MOST_AHEAD = 1 << 18;
 let sessions = 0;
 
-function started(url: string | URL | undefined): Worker {
+/** Bundlers look for this expression, and put the file's address there. */
+function beside(): string {
+  return String(new URL("./worker.js", import.meta.url));
+}
+
+function started(url: string | URL | null): Worker {
   try {
     return url
       ? new Worker(url, { type: "module", name: "unweld" })
       : new Worker(new URL("./worker.js", import.meta.url), { type: "module", name: "unweld" });
   } catch {
     // A script of another origin, a CDN's say, cannot be a worker, but a worker may import it.
-    const text = `import ${JSON.stringify(String(url ?? new URL("./worker.js", import.meta.url)))};`;
+    const text = `import ${JSON.stringify(String(url ?? beside()))};`;
     const own = URL.createObjectURL(new Blob([text], { type: "text/javascript" }));
     return new Worker(own, { type: "module", name: "unweld" });
   }

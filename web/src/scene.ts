@@ -1,6 +1,7 @@
 // Several meshes in one scene of three.js: bytes go to the one that is worst on the screen.
 
 import { Frustum, Matrix4, Sphere, Vector3, type Camera, type Mesh, type Object3D } from "three";
+import { checkNames } from "./checks.js";
 import type { UnweldGeometry } from "./geometry.js";
 import { decide, errorOf, levelWithin, type Decision, type Measure, type Rules, type Standing, type Step } from "./unweld.js";
 
@@ -94,6 +95,7 @@ export class UnweldPlanner {
   #view: [Camera, number] | null = null;
 
   constructor(rules: Partial<Omit<Rules, "bytesOf">> = {}) {
+    checkNames("UnweldPlanner", rules, RULES);
     this.pixels = rules.pixels ?? 1;
     this.budget = rules.budget ?? 256e6;
     this.measure = rules.measure ?? "max";
@@ -141,7 +143,8 @@ export class UnweldPlanner {
   #standing({ mesh, step }: Planned, camera: Camera, height: number): Standing {
     const { contents, boundingSphere, finest } = mesh.geometry;
     const scale = boundingSphere ? pixelsPerUnit(mesh, boundingSphere, camera, height) : 0;
-    return { levels: contents?.levels ?? null, scale, arrived: finest, goal: step.goal, turn: step.read };
+    const last = mesh.geometry.last?.prefix ? (finest ?? 0) : 0;
+    return { levels: contents?.levels ?? null, scale, arrived: finest, last, goal: step.goal, turn: step.read };
   }
 
   #carryOut(one: Planned, step: Step): void {
@@ -182,6 +185,15 @@ export class UnweldPlanner {
   }
 }
 
+/** The names of what a planner goes by. */
+const RULES = Object.keys({
+  pixels: true,
+  budget: true,
+  measure: true,
+  slack: true,
+  lanes: true,
+  segment: true,
+} satisfies Record<keyof Omit<Rules, "bytesOf">, true>);
 const [frustum, matrix, eye] = [new Frustum(), new Matrix4(), new Vector3()];
 /** Inside its bounding sphere a mesh is taken to be as near as this share of its radius. */
 const NEAREST = 0.01;

@@ -21,7 +21,8 @@ export interface Decoding {
   close(): void;
 }
 
-export type Ended = "no" | "for now" | "for good";
+/** `"prefix"`: for good, and what there is of the file is all that there was to be. */
+export type Ended = "no" | "for now" | "for good" | "prefix";
 
 export class Session implements Decoding {
   #settings: Settings;
@@ -43,6 +44,8 @@ export class Session implements Decoding {
   #residue: Residue | null = null;
   #metadata: Metadata | null = null;
   #complete = false;
+  /** Whether it has been told that the file ends as a prefix. */
+  #isPrefix = false;
   /** Whether anything has happened since the last delta, and the levels completed since. */
   #any = false;
   #levels: Level[] = [];
@@ -66,6 +69,7 @@ export class Session implements Decoding {
 
   async want(until: Until): Promise<Contents | null> {
     this.#settings = { ...this.#settings, until };
+    this.#isPrefix = false;
     const decoder = await this.#current();
     this.#count();
     decoder.want(until);
@@ -88,7 +92,7 @@ export class Session implements Decoding {
     this.#lowered = [];
     this.#levels = [];
     this.#contents = this.#level = this.#residue = this.#metadata = this.#fault = null;
-    this.#complete = this.#any = false;
+    this.#complete = this.#any = this.#isPrefix = false;
     this.#dry = true;
     this.#stir();
   }
@@ -101,7 +105,12 @@ export class Session implements Decoding {
         if (this.#fault) throw this.#fault;
         if (this.#complete) return null;
         if (this.#dry && this.#ended === "for now") return null;
-        if (this.#dry && this.#ended === "for good") {
+        if (this.#dry && this.#ended === "prefix" && this.#level) {
+          if (this.#isPrefix) return null;
+          this.#isPrefix = true;
+          return this.#delta(decoder);
+        }
+        if (this.#dry && (this.#ended === "for good" || this.#ended === "prefix")) {
           if (decoder.finish()) return null;
           this.#note(decoder);
           continue;
@@ -244,6 +253,7 @@ export class Session implements Decoding {
       residue: this.#residue,
       metadata: this.#metadata,
       complete: this.#complete,
+      prefix: this.#isPrefix,
     };
   }
 

@@ -21,8 +21,12 @@ export interface SourceOptions {
   retries?: number | undefined;
   /** For requests that this package makes. */
   request?: RequestInit | undefined;
+  /** What makes those requests, `fetch` by default. */
+  fetch?: typeof globalThis.fetch | undefined;
   /** Bytes to ask for first, when only a part will be wanted; by default the answer is cut off where it is no longer wanted. */
   head?: number | undefined;
+  /** Whether an input that ends early is a prefix of a file, and no fault; one that a server calls so (`Unweld-Bytes`) always is. */
+  prefix?: boolean | undefined;
 }
 
 interface Reader {
@@ -38,6 +42,8 @@ export class Source {
   expected: number | null = null;
   /** Whether the input has ended. */
   isOver = false;
+  /** Whether it has ended as a prefix of the file: what is wanted is not all there, and no fault. */
+  isPrefix = false;
   /** Where to ask again; empty where that is impossible. */
   url = "";
   readonly #options: SourceOptions;
@@ -48,9 +54,13 @@ export class Source {
   #skip = 0;
   /** Where the part of the file ends that the server was asked for; `null` for all of it. */
   #bound: number | null = null;
-  /** Bytes of the whole file, if the server has told. */
+  /** Bytes of all that the server has, if it has told. */
   #size: number | null = null;
+  /** Where the file's prefix ends that the server says it is sending. */
+  #prefix: number | null = null;
   #failures = 0;
+  /** How far it was at the last failure: only what comes behind that makes failures forgotten. */
+  #reached = 0;
   #validator: string | null = null;
   #request: Request | null = null;
 
@@ -71,6 +81,7 @@ export class Source {
       if (this.isSatisfied || this.#cancelled.signal.aborted) return null;
       try {
         if (!this.#reader && (await this.#open()) === "restart") return "restart";
+        if (this.isOver) continue;
         const reader: Reader = this.#reader!;
         const { done, value } = await reader.read();
         // It was let go of meanwhile.
@@ -82,16 +93,17 @@ export class Source {
         const skipped = Math.min(this.#skip, value!.byteLength);
         this.#skip -= skipped;
         if (skipped === value!.byteLength) continue;
-        this.#failures = 0;
         this.received += value!.byteLength - skipped;
+        if (this.received > this.#reached) this.#failures = 0;
         return skipped ? value!.slice(skipped) : value!;
       } catch (error) {
         if (this.#cancelled.signal.aborted) return null;
         if (error instanceof HttpError && !isPassing(error.status)) throw error;
         this.#drop();
+        this.#reached = Math.max(this.#reached, this.received);
         if (!this.url || ++this.#failures > (this.#options.retries ?? 5)) {
           this.#failures = 0;
-          throw new ConnectionError(this.url, this.received, error);
+          throw new ConnectionError(this.url, this.received, this.expected, error);
         }
         await pause(500 * 2 ** (this.#failures - 1), this.#cancelled.signal);
       }
@@ -116,12 +128,22 @@ export class Source {
     Promise.resolve(reader?.cancel()).catch(() => {});
   }
 
-  /** An answer is over: with it the file, or the part that was asked for. */
+  /** An answer is over: with it all that there is, or the part that was asked for. */
   #end(): void {
-    const missing = (this.#bound ?? this.expected ?? 0) - this.received;
+    const { received } = this;
+    const isLast = this.#bound === null || this.#bound === this.#size;
+    const sent = this.#bound ?? 0;
+    const isPrefix = isLast && received >= sent && this.#mayEnd;
+    const missing = Math.max(sent, isLast && !isPrefix ? (this.expected ?? 0) : 0) - received;
     if (this.url && missing > 0) throw new TypeError(`it ended ${missing} bytes early`);
     this.#reader = null;
-    this.isOver = this.#bound === null || this.#bound === this.#size;
+    this.isOver = isLast;
+    this.isPrefix = isPrefix;
+  }
+
+  /** Whether nothing need come behind what was received. */
+  get #mayEnd(): boolean {
+    return this.#options.prefix === true || this.received === this.#prefix;
   }
 
   async #open(): Promise<"restart" | void> {
@@ -156,7 +178,7 @@ export class Source {
     if (ranged && response.status === 206) {
       const told = /^bytes (\d+)-(\d+)\/(\d+|\*)$/.exec(response.headers.get("content-range") ?? "");
       const same = received === 0 || validatorOf(response) === validator;
-      if (told && same && Number(told[1]) === received) {
+      if (told && same && Number(told[1]) === received && Number(told[2]) >= received) {
         this.#take(response);
         this.#bound = Number(told[2]) + 1;
         this.#size = told[3] === "*" ? null : Number(told[3]);
@@ -164,9 +186,9 @@ export class Source {
       }
     }
     if (ranged && (response.status === 206 || response.status === 416)) {
-      // Nothing behind what was received, or something else: another file, whatever the server says. Or an empty one.
+      // Nothing behind what was received, or something else: mostly another file, whatever the server says. Or an empty one.
       response.body?.cancel().catch(() => {});
-      return this.#whole();
+      return this.#whole(response.status === 416 ? validator : null);
     }
     // The whole file: the same one from a server that does not know ranges, or another one.
     const same = validator !== null && validatorOf(response) === validator;
@@ -175,10 +197,18 @@ export class Source {
     else return this.#anew();
   }
 
-  /** Asks for the whole file without conditions. */
-  async #whole(): Promise<"restart" | void> {
-    this.#take(await this.#fetch(new Headers()));
-    return this.#anew();
+  /**
+   * Asks for the whole file without conditions. Where it is `ended` still, the version with nothing behind what was received, either that is the
+   * end or it fails.
+   */
+  async #whole(ended: string | null): Promise<"restart" | void> {
+    const response = await this.#fetch(new Headers());
+    const isSame = ended !== null && response.ok && validatorOf(response) === ended;
+    this.#take(response);
+    if (!isSame) return this.#anew();
+    if (!this.#mayEnd) throw new TypeError(`the server has nothing behind byte ${this.received}`);
+    this.#drop();
+    this.isOver = this.isPrefix = true;
   }
 
   #anew(): "restart" | void {
@@ -200,6 +230,7 @@ export class Source {
     const init: RequestInit = { ...request, signal: this.#cancelled.signal };
     new Headers(this.#request?.headers).forEach((value, name) => headers.set(name, value));
     new Headers(request?.headers).forEach((value, name) => headers.set(name, value));
+    const { fetch = globalThis.fetch } = this.#options;
     return fetch(this.#request?.clone() ?? this.url, { ...init, headers });
   }
 
@@ -210,6 +241,7 @@ export class Source {
       throw new HttpError(this.url, response.status, response.statusText);
     }
     this.#bound = this.#size = null;
+    this.#prefix = prefixOf(response);
     this.#validator = validatorOf(response);
     this.#reader = response.body?.getReader() ?? readerOf([]);
   }
@@ -219,6 +251,12 @@ export class Source {
 function validatorOf(response: Response): string | null {
   const tag = response.headers.get("etag");
   return tag && !tag.startsWith("W/") ? tag : tag ? null : response.headers.get("last-modified");
+}
+
+/** Where the prefix of a file ends that an answer is, if it says that it is one (spec §12.4). */
+function prefixOf(response: Response): number | null {
+  const told = /^0-(\d+)$/.exec(response.headers.get("unweld-bytes") ?? "");
+  return told && Number(told[1]);
 }
 
 /** Whether the same request may go well later. */

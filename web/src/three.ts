@@ -8,8 +8,9 @@ export { UnweldEdges, UnweldGeometry, type GeometryOptions, type RefineEvent } f
 export { levelFor, pixelError, pixelsPerUnit, UnweldPlanner } from "./scene.js";
 
 /**
- * Loads `.uwm` files. `onLoad` gets the geometry as soon as it shows something, after the first kilobytes; it is refined in place until the
- * file is complete, and dispatches `refine` each time. `geometry.complete` is a promise of that.
+ * Loads `.uwm` files. `onLoad` gets the geometry as soon as it shows something, after the first kilobytes, and then the manager is told that
+ * it is there; it is refined in place until the file is complete, and dispatches `refine` each time, `complete` or `error` at the end.
+ * `geometry.complete` is a promise of that.
  *
  * ```js
  * const geometry = await new UnweldLoader().loadAsync("bunny.uwm");
@@ -31,6 +32,12 @@ export class UnweldLoader extends Loader<UnweldGeometry> {
   head = 16_384;
   /** How often in a row a lost connection is tried again. */
   retries = 5;
+  /** What makes requests, if not `fetch`. */
+  fetch: typeof globalThis.fetch | undefined;
+  /** Whether a file that ends early is a prefix, and no fault. */
+  prefix = false;
+  /** Called whenever a geometry has changed, so that a picture can be drawn that is drawn only when it is asked for. */
+  onChange: (geometry: UnweldGeometry) => void = () => {};
   /** Where `worker.js` and `unweld.wasm` are, if not beside the script. */
   workerUrl: string | URL | undefined;
   wasmUrl: string | URL | undefined;
@@ -76,19 +83,17 @@ export class UnweldLoader extends Loader<UnweldGeometry> {
     geometry.addEventListener("refine", ({ delta }) => {
       const [total, done] = [delta.contents.wanted.end, delta.bytes];
       onProgress?.(new ProgressEvent("progress", { lengthComputable: true, loaded: done, total }));
-      if (!loaded && delta.level) {
-        loaded = true;
-        onLoad(geometry);
-      }
+      if (loaded || !delta.level) return;
+      loaded = true;
+      onLoad(geometry);
+      this.manager.itemEnd(path);
     });
-    const ended = geometry.complete.then(
-      () => {},
-      (error: unknown) => {
-        if (!loaded) (onError ?? console.error)(error);
-        this.manager.itemError(path);
-      },
-    );
-    void ended.then(() => this.manager.itemEnd(path));
+    geometry.complete.catch((error: unknown) => {
+      if (loaded) return;
+      (onError ?? console.error)(error);
+      this.manager.itemError(path);
+      this.manager.itemEnd(path);
+    });
   }
 
   /**
@@ -116,13 +121,17 @@ export class UnweldLoader extends Loader<UnweldGeometry> {
       levels: this.levels || waits,
       ...(waits ? { head: this.head } : {}),
       retries: this.retries,
+      fetch: this.fetch,
+      prefix: this.prefix,
       request: {
         headers: this.requestHeader,
         credentials: this.withCredentials ? "include" : "same-origin",
       },
       ...(this.wasmUrl ? { wasm: this.wasmUrl } : {}),
     });
-    return new UnweldGeometry(stream, { morph: this.morph, waits });
+    const geometry = new UnweldGeometry(stream, { morph: this.morph, waits });
+    geometry.addEventListener("refine", () => this.onChange(geometry));
+    return geometry;
   }
 
   /** Ends the workers, and what they still load. */

@@ -82,6 +82,8 @@ export interface Delta {
   readonly metadata: Metadata | null;
   /** Whether all that is wanted is there. */
   readonly complete: boolean;
+  /** Whether what there is of the file has ended before that, as a prefix may: `level` is as fine as it gets. Told with the last delta. */
+  readonly prefix: boolean;
 }
 
 /** How much the residue adds to the finest level. */

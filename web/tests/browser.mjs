@@ -34,6 +34,8 @@ const files = {
   [`/meshes/${name}`]: mesh,
   "/meshes": list,
   "/bad.uwm": { bytes: bad },
+  "/part.uwm": { bytes: sphere.subarray(0, first.contents.levels[3].end), etag: '"1"' },
+  "/rest.uwm": { bytes: sphere, etag: '"1"', rate: 500 },
   "/slow.uwm": { bytes: sphere, rate: 100 },
   "/breaks.uwm": { bytes: sphere, etag: '"1"', breakAfter: 700 },
 };
@@ -76,6 +78,13 @@ try {
   await wide.page.waitForFunction((most) => parseInt(document.getElementById("triangles").textContent.replaceAll(",", "")) < most, late.triangles);
   await wide.page.waitForTimeout(600);
   await shoot(wide.page, "wide-coarse");
+  for (const id of ["rms", "max"]) assert.match(await wide.page.textContent(`#${id}`), / %$/, "each error says what it is");
+  // Another line: the mesh is loaded anew, through it.
+  const loads = () => server.requests.filter(({ path }) => path === `/meshes/${name}`).length;
+  const before = loads();
+  await wide.page.selectOption("#line", "50");
+  await wide.page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  assert.equal(loads(), before + 1);
   assert.deepEqual(wide.faults, []);
 
   const narrow = await open({ width: 390, height: 844 }, `?src=meshes/${name}`);
@@ -88,6 +97,9 @@ try {
 
   const lost = await open({ width: 1280, height: 800 }, "?src=meshes/no.uwm");
   await lost.page.waitForFunction(() => document.getElementById("message").textContent.includes("404"));
+
+  const part = await open({ width: 1280, height: 800 }, "?src=part.uwm");
+  await part.page.waitForFunction(() => document.getElementById("legend").textContent.endsWith("a prefix of the file, down to level 3"));
 
   await killed(open, shoot, { width: 1280, height: 800 }, "wide", file);
   await killed(open, shoot, { width: 390, height: 844 }, "narrow", local("../../tests/golden/torus.uwm"));
@@ -251,6 +263,9 @@ async function loader(page) {
     const controller = new AbortController();
     const slow = loader.setSignal(controller.signal).loadAsync("slow.uwm").catch((error) => error);
     controller.abort(new Error("enough"));
+    const half = await new UnweldLoader().loadAsync("rest.uwm");
+    half.dispose();
+    const disposed = await half.complete.catch((error) => error);
     let last;
     for await (const delta of decode("breaks.uwm")) last = delta;
     return {
@@ -258,6 +273,7 @@ async function loader(page) {
       bad: [bad.name, bad.section, typeof bad.atom?.index, bad.message],
       gone: gone.status,
       slow: (await slow).message,
+      disposed: [disposed?.name, half.last.complete],
       broken: [last.triangles, last.complete],
     };
   });
@@ -266,5 +282,6 @@ async function loader(page) {
   assert.deepEqual(told.bad.slice(0, 3), ["FormatError", "3.4", "number"]);
   assert.match(told.bad[3], /^byte \d+: atom \d+/);
   assert.deepEqual([told.gone, told.slow, told.broken], [404, "enough", [80, true]]);
-  assert.equal(page.workers().length, 3, "two of the loader, one that others share");
+  assert.deepEqual(told.disposed, ["AbortError", false]);
+  assert.equal(page.workers().length, 4, "two of the loader, one of another, one that others share");
 }

@@ -237,6 +237,116 @@ test("after a connection error the mesh stands, and iterating goes on", async ()
   });
 });
 
+test("a file that is cut off is asked for as often as there are retries, and then what is missing is told", async () => {
+  let tag = 0;
+  const cut = { bytes: sphere.slice(0, most) };
+  const files = {
+    "/tagged.uwm": { ...cut, etag: '"1"' },
+    "/untagged.uwm": { ...cut },
+    "/always-new.uwm": { ...cut, etag: () => `"${tag++}"` },
+    "/no-ranges.uwm": { ...cut, etag: '"1"', ranges: false },
+    "/absurd.uwm": { ...cut, etag: '"1"', absurd: true },
+  };
+  await within(files, async ({ url, requests }) => {
+    for (const [path, each] of [["tagged", 2], ["untagged", 1], ["always-new", 1], ["no-ranges", 1], ["absurd", 2]]) {
+      for (const options of [{}, { head: 100 }]) {
+        const before = requests.length;
+        const error = await mirrorOf(`${url}/${path}.uwm`, { retries: 1, ...options }).catch((error) => error);
+        assert.ok(error instanceof ConnectionError, `${path}: ${error}`);
+        assert.deepEqual([error.received, error.wanted], [most, end], path);
+        assert.match(error.message, new RegExp(`^${url}/${path}.uwm: lost after ${most} of the ${end} bytes wanted: `));
+        // Once, and once again: where the range is refused, the whole is asked for to see whether it is another file.
+        if (!options.head) assert.equal(requests.length - before, 1 + each, path);
+      }
+    }
+  });
+});
+
+test("a connection that breaks at the same byte again and again is given up, one that goes on is not", async () => {
+  let breaks = 0;
+  const file = { bytes: sphere, etag: '"1"', ranges: false, breakAfter: 200, onBreak: (file) => (file.breakAfter += breaks++ % 2 ? 150 : 0) };
+  await within({ "/mesh.uwm": file }, async ({ url }) => {
+    // Every byte count is reached twice: one failure in a row more than retries allow would end it.
+    assert.equal((await mirrorOf(`${url}/mesh.uwm`, { retries: 2 })).triangles, 80);
+    Object.assign(file, { breakAfter: most, onBreak: undefined });
+    const error = await mirrorOf(`${url}/mesh.uwm`, { retries: 2 }).catch((error) => error);
+    assert.deepEqual([error.name, error.received], ["ConnectionError", most]);
+  });
+});
+
+test("a prefix that the server calls one ends as a prefix, and says which level it reaches", async () => {
+  const { levels } = (await mirrorOf(sphere)).last.contents;
+  const headers = { "unweld-bytes": `0-${levels[2].end}` };
+  const files = {
+    "/refine": { bytes: sphere.slice(0, levels[2].end), etag: '"1"', headers },
+    "/breaks": { bytes: sphere.slice(0, levels[2].end), etag: '"1"', headers, breakAfter: levels[4].end },
+    "/less": { bytes: sphere.slice(0, levels[4].end), etag: '"1"', headers },
+  };
+  await within(files, async ({ url, requests }) => {
+    for (const [path, options, count] of [["refine", {}, 1], ["refine", { head: 1_000_000 }, 1], ["breaks", {}, 2]]) {
+      const before = requests.length;
+      const { triangles, last } = await mirrorOf(`${url}/${path}`, options);
+      assert.deepEqual([triangles, last.level.level, last.prefix, last.complete], [levels[2].triangles, 2, true, false]);
+      assert.equal(requests.length - before, count);
+    }
+    // What is wanted is there, or more is wanted than there will ever be.
+    const stream = decode(`${url}/refine`, { pool, keep: true, until: { level: 4 } });
+    const mirror = new Mirror();
+    const at = [];
+    for (const until of [null, { level: 2 }, { level: 0 }, {}, { level: 3 }]) {
+      if (until) await stream.want(until);
+      for await (const delta of stream) mirror.apply(delta);
+      at.push([mirror.last.level.level, mirror.last.prefix, mirror.last.complete]);
+    }
+    assert.deepEqual(at, [[4, false, true], [2, false, true], [2, true, false], [2, true, false], [2, false, true]]);
+    stream.close();
+    // One that ends before it said it would is cut off.
+    const error = await mirrorOf(`${url}/less`, { retries: 0 }).catch((error) => error);
+    assert.deepEqual([error.name, error.received], ["ConnectionError", levels[4].end]);
+  });
+});
+
+test("what ends early is a prefix where the caller says so, if it holds the base", async () => {
+  const { levels } = (await mirrorOf(sphere)).last.contents;
+  const cut = sphere.slice(0, levels[3].end + 3);
+  await within({ "/cut.uwm": { bytes: cut, etag: '"1"' } }, async ({ url }) => {
+    for (const input of [cut, new Blob([cut]), pieces(cut, 7), `${url}/cut.uwm`]) {
+      const { triangles, last } = await mirrorOf(input, { prefix: true });
+      assert.deepEqual([triangles, last.level.level, last.prefix, last.complete], [levels[3].triangles, 3, true, false]);
+    }
+  });
+  for (const length of [0, 60, levels.at(-1).end - 1]) await assert.rejects(mirrorOf(sphere.slice(0, length), { prefix: true }), FormatError);
+  const whole = (await mirrorOf(sphere, { prefix: true })).last;
+  assert.deepEqual([whole.prefix, whole.complete], [false, true]);
+});
+
+test("what there is not to be said is refused by its name", async () => {
+  const known = "level, error, measure, triangles";
+  assert.throws(() => decode(sphere, { until: { eror: 1 } }), { name: "TypeError", message: `until has no "eror": only ${known}` });
+  for (const value of [NaN, -1, "1", null]) assert.throws(() => decode(sphere, { until: { error: value } }), /^TypeError: until.error cannot be /);
+  assert.throws(() => decode(sphere, { untill: {} }), /^TypeError: decode has no "untill": only until, /);
+  const stream = decode(sphere, { pool, keep: true });
+  await assert.rejects(stream.want({ Level: 3 }), { name: "TypeError", message: `until has no "Level": only ${known}` });
+  for await (const { complete } of stream) if (complete) break;
+});
+
+test("what cannot be loaded is named by its address", async () => {
+  await within({ "/page.html": { bytes: new TextEncoder().encode("<!doctype html>"), headers: { "content-type": "text/html" } } }, async ({ url }) => {
+    await assert.rejects(mirrorOf(sphere, { wasm: `${url}/gone.wasm` }), new RegExp(`${url}/gone.wasm: 404`));
+    await assert.rejects(mirrorOf(sphere, { wasm: `${url}/page.html` }), new RegExp(`${url}/page.html: .*WebAssembly`));
+    await assert.rejects(mirrorOf(sphere, { wasm: "file:///no/such.wasm" }), /file:\/\/\/no\/such.wasm: /);
+  });
+});
+
+test("requests can be made by another function", async () => {
+  await within({ "/mesh.uwm": { bytes: sphere, etag: '"1"' } }, async ({ url }) => {
+    const asked = [];
+    const own = (address, init) => (asked.push(String(address)), fetch(address, init));
+    assert.equal((await mirrorOf(`${url}/mesh.uwm`, { fetch: own })).triangles, 80);
+    assert.deepEqual(asked, [`${url}/mesh.uwm`]);
+  });
+});
+
 test("what the server refuses is told at once", async () => {
   await within({ "/gone": { status: 404 } }, async ({ url, requests }) => {
     await assert.rejects(mirrorOf(`${url}/gone`), (error) => error instanceof HttpError && error.status === 404);

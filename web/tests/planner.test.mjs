@@ -65,6 +65,14 @@ test("a turn is finished, and has a certain length", () => {
   assert.deepEqual(reads(decide([mesh(0.5, 4), mesh(0.1, 4)], { ...rules, segment: 9e9 })), [2, null], "no further than the goal");
 });
 
+test("where the file has ended as a prefix, nothing is asked for behind it", () => {
+  // Level 0 has 10 pixels, and 2 is the finest that there is.
+  const ended = { ...mesh(10, 2), last: 2 };
+  assert.deepEqual([goals(decide([ended], rules)), reads(decide([ended], rules))], [[2], [null]]);
+  assert.deepEqual(reads(decide([ended, mesh(1, 3)], rules)), [null, 1], "it has no turn, and the other one is not made to wait");
+  assert.deepEqual(goals(decide([{ ...mesh(0.26, 2), last: 2 }], rules)), [2], "coarser where that is good enough, as ever");
+});
+
 test("what is finer than its goal shows its goal", () => {
   assert.deepEqual(shows(decide([mesh(0.1, 0, 0), mesh(10, 0, 0), mesh(10, 3)], rules)), [3, null, null]);
 });

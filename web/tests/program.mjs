@@ -1,5 +1,5 @@
 // The page as the program serves it: it wants nothing from elsewhere, keeps to its own policy, shows the mesh of the demonstration, and asks for
-// a token where the server wants one.
+// a token where the server wants one. What it sends of a mesh ends as a prefix of it.
 // `node tests/program.mjs UNWELD [FOLDER FOR PICTURES]`, with the program's path.
 
 import assert from "node:assert/strict";
@@ -8,6 +8,7 @@ import { mkdtemp, rm, writeFile } from "node:fs/promises";
 import { tmpdir } from "node:os";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
+import { decode, WorkerPool } from "../dist/unweld.js";
 import { ARGUMENTS, chromium } from "./chromium.mjs";
 
 const { chromium: browserType } = await import("playwright-core");
@@ -43,6 +44,12 @@ try {
   assert.deepEqual([triangles, bytes], [81_920, total], "an icosphere subdivided six times has 20 * 4^6 triangles");
   const elsewhere = requests.filter((url) => !url.startsWith(address) && !/^(data|blob):/.test(url));
   assert.deepEqual([faults, elsewhere], [[], []]);
+  const { meshes } = await (await fetch(new URL("meshes", address))).json();
+  const half = new URL(`meshes/${meshes[0].name.replace(/\.uwm$/, "")}/refine?max_bytes=${total >> 1}`, address);
+  let last;
+  for await (const delta of decode(half, { pool: new WorkerPool(0), retries: 0 })) last = delta;
+  assert.deepEqual([last.prefix, last.complete], [true, false]);
+  assert.ok(last.triangles > 0 && last.level.level > 0 && last.bytes <= total >> 1);
   if (pictures) {
     await page.waitForTimeout(1500);
     await page.screenshot({ path: join(pictures, "served.png") });

@@ -8,8 +8,8 @@ const TYPES = { ".html": "text/html", ".js": "text/javascript", ".css": "text/cs
 
 /**
  * `files`: by path, `{ bytes, etag, breakAfter, ranges, status, rate }`. `breakAfter`: bytes after which every connection is cut;
- * `ranges`: false for a server that does not know them; `short`: every range lies behind the end; `rate`: bytes a second. `folder`: served for all other paths.
- * Port 0 is any.
+ * `ranges`: false for a server that does not know them; `short`: every range lies behind the end; `absurd`: a range behind the end is sent, empty;
+ * `headers`: further ones; `rate`: bytes a second. `folder`: served for all other paths. Port 0 is any.
  */
 export async function serve(files, folder, port = 0) {
   const requests = [];
@@ -19,13 +19,17 @@ export async function serve(files, folder, port = 0) {
     const file = files[path];
     if (!file) return fromFolder(folder, path, response);
     if (file.status) return void response.writeHead(file.status).end();
-    const { bytes, etag } = file;
-    const headers = { "content-type": "model/vnd.unweld", "cache-control": "no-store", ...(etag ? { etag } : {}) };
+    const { bytes } = file;
+    const etag = typeof file.etag === "function" ? file.etag() : file.etag;
+    const headers = { "content-type": "model/vnd.unweld", "cache-control": "no-store", ...(etag ? { etag } : {}), ...file.headers };
     const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec(request.headers.range ?? "") ?? [];
     const stands = !request.headers["if-range"] || request.headers["if-range"] === etag;
     if (from !== undefined && file.short) return void response.writeHead(416).end();
     const ranged = from !== undefined && file.ranges !== false && stands;
     const start = ranged ? Number(from) : 0;
+    if (start >= bytes.length && ranged && !file.absurd) {
+      return void response.writeHead(416, { "content-range": `bytes */${bytes.length}` }).end();
+    }
     const last = ranged && to ? Math.min(bytes.length, Number(to) + 1) : bytes.length;
     if (ranged) headers["content-range"] = `bytes ${start}-${last - 1}/${bytes.length}`;
     response.writeHead(ranged ? 206 : 200, { ...headers, "content-length": last - start });

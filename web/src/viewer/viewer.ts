@@ -3,16 +3,19 @@
 import { ConnectionError } from "../errors.js";
 import { UnweldLoader, type RefineEvent, type UnweldGeometry } from "../three.js";
 import type { Delta } from "../types.js";
+import { lineOf } from "./line.js";
 import { Stage } from "./stage.js";
 import { Timeline } from "./timeline.js";
 
 const element = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
 const [panel, message, meshes] = [document.querySelector("main")!, element("message"), element<HTMLSelectElement>("meshes")];
 const slider = element<HTMLInputElement>("level");
+const line = element<HTMLSelectElement>("line");
 const stage = new Stage(element<HTMLCanvasElement>("view"));
 const timeline = new Timeline(element<HTMLCanvasElement>("timeline"));
 const loader = new UnweldLoader();
-loader.relative = loader.levels = loader.morph = true;
+loader.relative = loader.levels = loader.morph = loader.prefix = true;
+loader.fetch = lineOf(() => Number(line.value));
 // A lost connection is told after three attempts; then it is the reader who tries again.
 loader.retries = 2;
 
@@ -43,7 +46,7 @@ function load(address: string): void {
   Object.assign(state, { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0 });
   say("");
   slider.disabled = true;
-  for (const id of ["triangles", "bytes", "error"]) element(id).textContent = "–";
+  for (const id of ["triangles", "bytes", "rms", "max"]) element(id).textContent = "–";
   timeline.begin();
   const fail = (error: unknown) => {
     if (address === current && !(error instanceof DOMException && error.name === "AbortError")) failed(error);
@@ -79,14 +82,17 @@ function refined(delta: Delta): void {
   if (!state.firstBytes && triangles > 0) state.firstBytes = bytes;
   element("triangles").textContent = `${triangles.toLocaleString("en")} / ${Math.max(triangles, total.triangles).toLocaleString("en")}`;
   element("bytes").textContent = `${sizeOf(bytes)} / ${sizeOf(total.end)}`;
-  element("error").textContent = level ? errorOf(level.rmsError, delta) : "–";
+  element("rms").textContent = level ? errorOf(level.rmsError, delta) : "–";
+  element("max").textContent = level ? errorOf(level.maxError, delta) : "–";
   slider.max = String(contents.levels.length - 1);
   slider.disabled = false;
   if (chosen === null && level) slider.value = String(contents.levels.length - 1 - level.level);
   element("levelName").textContent = level ? `level ${level.level}` : "level";
   if (chosen === null) timeline.add({ ...arrived, levels: delta.levels.length }, { bytes: total.end, triangles: total.triangles });
-  element("legend").textContent = 
-    chosen === null || delta.complete ? timeline.words(delta.complete) : "a coarser level is shown; decoding rests";
+  element("legend").textContent =
+    chosen !== null && !delta.complete && !delta.prefix
+      ? "a coarser level is shown; decoding rests"
+      : timeline.words(delta.complete) + (delta.prefix ? `; a prefix of the file, down to level ${geometry?.finest}` : "");
   arrange();
 }
 
@@ -164,7 +170,8 @@ async function listed(): Promise<Listed[] | number> {
     if (!response?.ok) return list.length > 0 ? list : (response?.status ?? 0);
     const page: { meshes: Listed[]; next?: string | null } = await response.json();
     list.push(...page.meshes);
-    after = page.next ?? null;
+    // A page without a mesh would lead on for ever.
+    after = page.meshes.length > 0 ? (page.next ?? null) : null;
   }
   return list;
 }
@@ -204,6 +211,8 @@ for (const name of ["edges", "flat", "slide"] as const) {
   stage[name](box.checked);
 }
 element("again").onclick = () => current && load(current);
+// What is there already is quick however slow the line: it is seen from the beginning.
+line.onchange = () => current && load(current);
 element("entry").onsubmit = (event) => {
   event.preventDefault();
   sessionStorage.setItem("token", element<HTMLInputElement>("token").value);

@@ -7,7 +7,7 @@
 
 use std::cell::RefCell;
 use unweld::container::{Measure, Want};
-use unweld::wasm::{Changes, Client, Settings};
+use unweld::wasm::{Changes, Client, Field, Settings};
 
 /// What one instance of the module holds.
 struct Instance {
@@ -15,8 +15,8 @@ struct Instance {
     input: Vec<u8>,
     changes: Changes,
     text: String,
-    /// What [`unweld_take`] and [`unweld_report`] point to.
-    table: [u32; 32],
+    /// What [`unweld_take`], [`unweld_fields`] and [`unweld_report`] point to.
+    table: Vec<u32>,
 }
 
 thread_local! {
@@ -27,8 +27,12 @@ thread_local! {
 /// 2 a largest error of at most `value`, 3 at most `value` triangles, 4 a root mean square error of at most `value`.
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_new(flags: u32, want: u32, value: f64) {
-    let settings =
-        Settings { want: wanted(want, value), relative: flags & 1 != 0, undo: flags & 2 != 0, jumps: flags & 4 != 0 };
+    let settings = Settings {
+        want: wanted(want, value),
+        relative: flags & 1 != 0,
+        undo: flags & 2 != 0,
+        jumps: flags & 4 != 0,
+    };
     with(|instance| *instance = Instance::new(settings));
 }
 
@@ -77,23 +81,30 @@ pub extern "C" fn unweld_waiting() -> u32 {
     with(|instance| u32::try_from(instance.client.waiting()).unwrap_or(u32::MAX))
 }
 
-/// What has changed: the address of vertices, triangles, first vertex appended, first triangle appended, and then address and length
-/// of positions, from, normals, moved, moved positions, turned, turned normals, indices, rewritten, rewritten indices;
-/// then the bits of the jump as binary32.
+/// What [`unweld_take`] tells, as JSON: name and kind of each field of [`Changes`], in order. Told as by [`unweld_report`].
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_fields() -> u32 {
+    with(|instance| {
+        let fields =
+            instance.changes.fields().map(|(name, field)| format!("[\"{name}\",\"{}\"]", field.kind()));
+        instance.tell_text(format!("[{}]", fields.join(",")))
+    })
+}
+
+/// What has changed: the address of two words for each of [`unweld_fields`]: address and length of an array, or a number, or the bits of one in
+/// binary32, and 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_take() -> u32 {
     with(|instance| {
         instance.changes = Changes::default();
         instance.changes = instance.client.take();
-        let c = &instance.changes;
-        let mut table = vec![c.counts[0], c.counts[1], c.first_vertex, c.first_triangle];
-        table.extend([&c.positions, &c.from, &c.normals].into_iter().flat_map(|array| place(array)));
-        table.extend(
-            [place(&c.moved), place(&c.moved_positions), place(&c.turned), place(&c.turned_normals)].concat(),
-        );
-        table.extend([place(&c.indices), place(&c.rewritten), place(&c.rewritten_indices)].concat());
-        table.push(c.jump.to_bits());
-        instance.tell(&table)
+        let words = instance.changes.fields().map(|(_, field)| match field {
+            Field::Number(number) => [number, 0],
+            Field::Length(length) => [length.to_bits(), 0],
+            Field::Numbers(array) => place(array),
+            Field::Coordinates(array) => place(array),
+        });
+        instance.tell(words.as_flattened())
     })
 }
 
@@ -101,9 +112,8 @@ pub extern "C" fn unweld_take() -> u32 {
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_report() -> u32 {
     with(|instance| {
-        instance.text = instance.client.report();
-        let [address, length] = [instance.text.as_ptr().expose_provenance(), instance.text.len()];
-        instance.tell(&[address as u32, length as u32])
+        let report = instance.client.report();
+        instance.tell_text(report)
     })
 }
 
@@ -126,15 +136,19 @@ impl Instance {
             input: Vec::new(),
             changes: Changes::default(),
             text: String::new(),
-            table: [0; 32],
+            table: Vec::new(),
         }
     }
 
     fn tell(&mut self, numbers: &[u32]) -> u32 {
-        for (place, &number) in self.table.iter_mut().zip(numbers) {
-            *place = number;
-        }
+        numbers.clone_into(&mut self.table);
         self.table.as_ptr().expose_provenance() as u32
+    }
+
+    fn tell_text(&mut self, text: String) -> u32 {
+        self.text = text;
+        let words = place(self.text.as_bytes());
+        self.tell(&words)
     }
 }
 

@@ -13,6 +13,7 @@ use std::collections::BTreeMap;
 use std::path::PathBuf;
 use unweld::container::{Plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
+use unweld::formats::Coordinates;
 use unweld::mesh::IndexedMesh;
 use unweld::mesh::topology::{Census, census};
 
@@ -45,7 +46,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let checked = checked.and_then(|mesh| match &args.original {
         Some(original) => {
             // What is there counts, as where it was encoded by force.
-            let source = input::read(original, Reading { max_memory: args.max_memory, force: true })?;
+            let mut source = input::read(original, Reading { max_memory: args.max_memory, force: true })?;
+            if source.coordinates == Coordinates::Text && uwm.metadata()?.is_some_and(|m| m.source_float32) {
+                to_binary32(&mut source.mesh);
+            }
             compare(&uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
         }
         None => Ok(()),
@@ -55,6 +59,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         say(&(lines.join("\n  ") + "\n"))?;
     }
     checked
+}
+
+/// Decimals of binary32 numbers, which text cannot call so, are read as that: the shortest of them are nearer to no other binary32 number.
+fn to_binary32(mesh: &mut IndexedMesh) {
+    mesh.positions.iter_mut().flatten().for_each(|x| *x = f64::from(*x as f32));
 }
 
 /// Checks a file; `lines` gets what was found in order. Returns the mesh of level 0.

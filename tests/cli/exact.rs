@@ -47,6 +47,7 @@ fn the_same_file_comes_back() {
         folder.run("decode all.uwm -o via.ply --via keyframe -q").succeeded();
         assert!(folder.bytes("via.ply") == folder.bytes("in.ply"), "{precision:?}");
         folder.run("decode all.uwm -o out.obj -q").succeeded();
+        folder.run("verify all.uwm out.obj").succeeded();
         let back = folder.read("out.obj");
         // Decimals of binary32 are read as that.
         let number = |x: f64| if precision == Precision::Float32 { f64::from(x as f32) } else { x };

@@ -17,6 +17,7 @@ pub(crate) mod refinement;
 pub mod residue;
 mod vector;
 pub mod walk;
+pub mod whole;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;

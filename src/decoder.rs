@@ -243,6 +243,7 @@ impl Decoder {
                 Parsed::NeedMore(_) => return Ok(None),
                 Parsed::Contents(contents) => {
                     let base = contents.base_level();
+                    self.session.pay_for_contents(&contents)?;
                     self.session.begin(contents.clone(), base);
                     return Ok(Some(Event::Contents(contents)));
                 }

@@ -82,12 +82,15 @@ impl Budget {
     /// Debits memory for `count` items of `size` bytes.
     ///
     /// # Errors
-    /// [`Error::Limit`] where that is more than what is left.
+    /// [`Error::Limit`] where that is more than what is left, [`Error::Memory`] where the system has not so much.
     pub fn take_memory(&mut self, count: usize, size: usize) -> Result<()> {
         let bytes = (count as u64).saturating_mul(size as u64);
         if bytes > self.memory {
             let needed = (self.limits.memory - self.memory).saturating_add(bytes);
             return Err(Error::Limit { what: "memory in bytes", needed, allowed: self.limits.memory });
+        }
+        if bytes >= PROBED && self.limits.memory != u64::MAX {
+            probe(bytes)?;
         }
         self.memory -= bytes;
         Ok(())
@@ -144,6 +147,24 @@ impl Budget {
     }
 }
 
+/// Asks the system for so many bytes, and gives them back untouched: most lists end the program where they find no memory.
+///
+/// # Errors
+/// [`Error::Memory`] where there are not so many.
+fn probe(bytes: u64) -> Result<()> {
+    // Memory of WebAssembly is never given back.
+    let wanted = if cfg!(target_family = "wasm") { 0 } else { bytes.saturating_add(PROBED) };
+    let mut list: Vec<u8> = Vec::new();
+    let wanted = usize::try_from(wanted).map_err(|_| Error::Memory { bytes })?;
+    list.try_reserve_exact(wanted).map_err(|_| Error::Memory { bytes })?;
+    // Who does not look at a list does not ask for it either.
+    std::hint::black_box(&list);
+    Ok(())
+}
+
+/// Bytes from which on the system is asked, and that are to be left for all that is smaller.
+const PROBED: u64 = 256 << 10;
+
 /// Makes room for exactly so many more items, which have been debited.
 ///
 /// # Errors
@@ -181,6 +202,16 @@ mod tests {
         budget.exchange(&mut held, 10).unwrap();
         budget.take_memory(90, 1).unwrap();
         assert!(budget.take_memory(1, 1).is_err());
+    }
+
+    #[test]
+    fn allowed_memory_that_the_system_has_not() {
+        let mut budget = Budget::new(Limits { memory: u64::MAX - 1, work: 0 });
+        let bytes = u64::MAX / 2;
+        assert!(
+            matches!(budget.take_memory(bytes as usize, 1), Err(Error::Memory { bytes: b }) if b == bytes)
+        );
+        budget.take_memory(1 << 20, 1).unwrap();
     }
 
     #[test]

@@ -245,7 +245,7 @@ impl Axis {
     ) -> Result<f64, WholeError> {
         let mut next = 1;
         if let Some((x, state)) = self.seen.get_mut(&q) {
-            let again = &mut self.again[usize::from(*state & 3)];
+            let again = &mut self.again[usize::from((*state).min(3))];
             if coder.bit(again, || x.to_bits() == truth.to_bits()) {
                 *state = (*state + 1).min(3);
                 return Ok(*x);

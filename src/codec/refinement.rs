@@ -22,7 +22,7 @@ pub struct SegmentModels {
     /// By kind, how many sides are closed (0 to 4), class.
     split: [[[Bit; extents::CLASSES]; CLOSED]; 2],
     /// By what [`link_edges`](super::context::link_edges) tells; more places than that, so that any seven bits make one.
-    flip: [Bit; 128],
+    flip: [Bit; CONTEXTS],
     face: Bit,
     attach: Bit,
     position: PositionModels,
@@ -33,7 +33,7 @@ impl Default for SegmentModels {
     fn default() -> Self {
         Self {
             split: [[[Bit::NEW; extents::CLASSES]; CLOSED]; 2],
-            flip: [Bit::NEW; 128],
+            flip: [Bit::NEW; CONTEXTS],
             face: Bit::NEW,
             attach: Bit::NEW,
             position: PositionModels::default(),
@@ -145,6 +145,11 @@ impl Asked {
 const AHEAD: usize = 64;
 /// Places for how many sides are closed: more than there are, so that any three bits make one.
 const CLOSED: usize = 8;
+/// Places for what is known of a link edge, seven bits.
+const CONTEXTS: usize = 1 << 7;
+/// Link edges of a star that are looked at: each flip takes one away and adds two, and no star has more than [`MAX_STAR`] triangles.
+const QUEUE: usize = 2 * MAX_STAR;
+const _: () = assert!(QUEUE.is_power_of_two());
 // An index is masked where it is known to be within its list: the mask then changes nothing, and spares the check.
 const _: () =
     assert!(AHEAD.is_power_of_two() && CLOSED.is_power_of_two() && extents::CLASSES.is_power_of_two());
@@ -171,7 +176,7 @@ pub struct LevelPass {
     /// Largest coordinate of a cell.
     max: i32,
     /// Of the star under way: the link edges to be looked at.
-    queue: [LinkEdge; 2 * MAX_STAR],
+    queue: [LinkEdge; QUEUE],
     inserted: Inserted,
     /// Bits that positions took, where this side writes.
     pub position_bits: f64,
@@ -200,7 +205,7 @@ impl LevelPass {
             asked_done: 0,
             precision,
             max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
-            queue: [LinkEdge::NONE; 2 * MAX_STAR],
+            queue: [LinkEdge::NONE; QUEUE],
             inserted: Inserted::default(),
             position_bits: 0.0,
         };

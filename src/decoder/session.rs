@@ -8,7 +8,7 @@ use crate::codec::keyframe::{self, Expected};
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{Inserted, LevelPass, RefinementError, SegmentModels, Unknown};
 use crate::codec::walk::{Tour, Walk};
-use crate::container::{Atom, AtomKind, Contents, Metadata};
+use crate::container::{Atom, AtomKind, Contents, Level, Metadata};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
 use crate::limits::{Budget, make_room};
@@ -93,6 +93,12 @@ impl Session {
             stopped: false,
             options,
         }
+    }
+
+    /// Pays for the contents that a file begins with.
+    pub fn pay_for_contents(&mut self, contents: &Contents) -> Result<()> {
+        self.budget.take_memory(contents.atoms.len(), size_of::<Atom>())?;
+        self.budget.take_memory(contents.levels.len(), BYTES_OF_LEVEL)
     }
 
     /// Sets out from the base or keyframe of level `start`.
@@ -531,6 +537,8 @@ const WORK_AN_OPERATION: u64 = 16;
 const WORK_A_STEP: u64 = 2;
 /// What going down takes for a vertex: two further positions; its component, and its place in the queue by which that is found.
 const BYTES_TO_GO_DOWN: usize = 2 * 12 + 2 * 4;
+/// What a level takes in the contents: its entry, and where its atoms and its keyframe are.
+const BYTES_OF_LEVEL: usize = size_of::<Level>() + 2 * size_of::<std::ops::Range<usize>>();
 /// What a byte of metadata may become: an empty string, in a list that has just been copied to one twice as long.
 const BYTES_OF_METADATA: usize = 3 * size_of::<String>();
 

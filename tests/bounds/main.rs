@@ -4,6 +4,7 @@
 mod files;
 mod hostile;
 mod memory;
+mod system;
 mod work;
 
 use peak_alloc::PeakAlloc;

@@ -113,7 +113,7 @@ fn groups_of_a_residue() {
     let _turn = alone();
     let base = files::mesh(&shapes::grid(200, 200));
     let file = files::with_residue(&base, &files::groups_of_one(&base));
-    assert!(file.len() < 2000, "{} bytes", file.len());
+    assert!(file.len() < base.positions.len(), "{} bytes", file.len());
     just_enough("groups", &file, whole(&file));
 }
 
@@ -160,7 +160,7 @@ fn metadata() {
         FileBuilder::new(contents.header.lattice, contents.header.maximum, contents.levels.clone());
     let base = &contents.atoms[0];
     other.payload(AtomKind::Base, 0, &file[base.offset as usize..base.end() as usize]);
-    let dropped = vec![String::new(); 500_000];
+    let dropped = vec![String::new(); 30_000];
     other.payload(AtomKind::Metadata, 0, &Metadata { dropped, ..Metadata::default() }.encode().unwrap());
     let mut file = Vec::new();
     other.write(&mut file).unwrap();
@@ -181,7 +181,7 @@ fn the_undo_log() {
     // Each level adds one triangle, and has 20,000 root edges.
     let base = files::mesh(&files::pieces(20_000));
     let file = files::with_levels(base, 60, |_| files::OneEar::default());
-    assert!(file.len() < 10_000, "{} bytes", file.len());
+    assert!(file.len() < 60_000, "{} bytes", file.len());
     just_enough("roots", &file, |wanted| down(&file, wanted));
 }
 

@@ -83,12 +83,12 @@ pub struct Delta {
 }
 
 impl Delta {
-    /// Bytes that its lists take, a half more while one of them is copied to one twice as long.
+    /// Bytes that its lists take when each of them is next copied to one twice as long, and as much to spare.
     fn bytes(&self) -> usize {
         let bytes = self.parents.capacity() * size_of::<Site>()
             + self.flips.capacity() * size_of::<[Vertex; 3]>()
             + self.rewritten.capacity() * size_of::<u32>();
-        bytes + bytes / 2
+        4 * bytes
     }
 }
 

@@ -137,35 +137,36 @@ impl Finest {
         let whole = match &self.whole {
             Some(whole) => whole,
             None => {
-                budget.take_memory(Whole::bytes(level0.mesh, residue), 1)?;
                 made = self.whole_of(level0, residue, &mut budget)?;
                 &made
             }
         };
         let vertices = whole.vertices.len() + self.correction.as_ref().map_or(0, |c| c.copies.len());
-        budget.take_memory(vertices, size_of::<[f64; 3]>())?;
-        budget.take_memory(whole.triangles.len(), size_of::<[u32; 3]>())?;
+        // All at once: what is made one after the other is there together.
+        let ordered = self.order.as_ref().map_or(0, |order| order.vertices.len());
+        let lists =
+            (vertices + ordered) * size_of::<[f64; 3]>() + whole.triangles.len() * size_of::<[u32; 3]>();
+        budget.take_memory(lists, 1)?;
         let positions = match &self.correction {
             Some(correction) => correction.all_positions(),
             None => whole.positions(level0.lattice),
         };
         match &self.order {
-            Some(order) => {
-                budget.take_memory(order.vertices.len(), size_of::<[f64; 3]>())?;
-                Ok(order.apply(&positions))
-            }
+            Some(order) => Ok(order.apply(&positions)),
             None => Ok(IndexedMesh::new(positions, whole.triangles.clone())),
         }
     }
 
     fn whole_of(&self, level0: Level0, residue: &Residue, budget: &mut Budget) -> Result<Whole> {
+        let bytes = Whole::bytes(level0.mesh, residue);
         if let Some(tour) = &self.tour {
+            budget.take_memory(bytes, 1)?;
             return Ok(self.renamed(Whole::new(level0.mesh, residue, tour)));
         }
-        let bytes = Tour::bytes(level0.mesh, level0.boundary);
-        budget.take_memory(bytes, 1)?;
+        let of_tour = Tour::bytes(level0.mesh, level0.boundary);
+        budget.take_memory(bytes + of_tour, 1)?;
         let whole = self.renamed(Whole::new(level0.mesh, residue, &Tour::new(level0.mesh)));
-        budget.give_memory(bytes, 1);
+        budget.give_memory(of_tour, 1);
         Ok(whole)
     }
 

@@ -43,11 +43,11 @@ impl Log {
         });
     }
 
-    /// Bytes that it takes, a half more while a list is copied to one twice as long.
+    /// Bytes that it takes when each of its lists is next copied to one twice as long.
     pub fn bytes(&self) -> usize {
         let marks = self.marks.capacity() * size_of::<Mark>();
         let lists = self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * 4 + marks;
-        lists + lists / 2 + self.roots * size_of::<(Vertex, Vertex)>()
+        3 * lists + self.roots * size_of::<(Vertex, Vertex)>()
     }
 
     /// Bytes that a further mark takes.

@@ -47,10 +47,14 @@ pub fn with_levels<A: Answers>(
     let first = keyframe::encode(&base, 0).payload;
     let mut models = SegmentModels::default();
     for level in (0..levels).rev() {
-        let (mut pass, mut coder) = (LevelPass::new(&base, 0, BITS), RangeEncoder::default());
         let before = (base.positions.len(), base.table.triangle_count());
-        let mut answers = answers(&base);
-        while pass.step(&mut base, &mut models, &mut coder, &mut answers).unwrap().is_some() {}
+        // A writer ends with the last operation: what would be said no to behind it is not asked.
+        let mut trial = Under::begin(&base, &models, answers(&base));
+        let count = std::iter::from_fn(|| trial.step()).count();
+        let mut under = Under::begin(&base, &models, answers(&base));
+        (0..count).for_each(|_| under.step().unwrap_or_default());
+        (base, models) = (under.mesh, under.models);
+        let coder = under.coder;
         let items = (base.positions.len() - before.0) as u32;
         let triangles = (base.table.triangle_count() - before.1) as u32;
         atoms.push((level, items, triangles, coder.finish()));
@@ -63,6 +67,27 @@ pub fn with_levels<A: Answers>(
         file.atom(AtomKind::Refinement, level, items, triangles, bytes);
     }
     written(file)
+}
+
+/// A level that is being written.
+struct Under<A> {
+    mesh: ProgressiveMesh,
+    models: SegmentModels,
+    pass: LevelPass,
+    coder: RangeEncoder,
+    answers: A,
+}
+
+impl<A: Answers> Under<A> {
+    fn begin(mesh: &ProgressiveMesh, models: &SegmentModels, answers: A) -> Self {
+        let pass = LevelPass::new(mesh, 0, BITS);
+        Self { mesh: mesh.clone(), models: models.clone(), pass, coder: RangeEncoder::default(), answers }
+    }
+
+    fn step(&mut self) -> Option<()> {
+        let step = self.pass.step(&mut self.mesh, &mut self.models, &mut self.coder, &mut self.answers);
+        step.unwrap().map(|_| ())
+    }
 }
 
 /// Splits every edge that is the longest in both of its triangles, in the middle.

@@ -196,12 +196,11 @@ impl Session {
         events: &mut VecDeque<Event>,
     ) -> Result<()> {
         match atom.kind {
-            AtomKind::Base | AtomKind::Keyframe => {
-                // There may be ways in that were not taken.
-                if atom.level == self.start && self.level.is_none() {
-                    self.start_from(contents, atom, offset, payload, events)?;
-                }
+            AtomKind::Base | AtomKind::Keyframe if atom.level == self.start && self.level.is_none() => {
+                self.start_from(contents, atom, offset, payload, events)?;
             }
+            // A way in that was not taken.
+            AtomKind::Base | AtomKind::Keyframe => {}
             AtomKind::Metadata => {
                 self.budget.take_memory(payload.len(), BYTES_OF_METADATA)?;
                 self.budget.take_work(payload.len() as u64)?;

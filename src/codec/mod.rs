@@ -13,7 +13,10 @@ pub mod order;
 mod places;
 pub(crate) mod position;
 pub(crate) mod precision;
+#[cfg(not(feature = "fuzzing"))]
 pub(crate) mod refinement;
+#[cfg(feature = "fuzzing")]
+pub mod refinement;
 pub mod residue;
 mod vector;
 pub mod walk;

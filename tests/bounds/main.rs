@@ -1,5 +1,5 @@
 //! What a file may cost: memory as the allocator counts it, work in units, whatever the file.
-#![cfg(feature = "cli")]
+#![cfg(all(feature = "cli", feature = "fuzzing"))]
 
 mod files;
 mod hostile;

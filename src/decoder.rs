@@ -1,14 +1,14 @@
 //! The decoder: bytes in any chunking go in, events come out, the mesh stands ready between them (spec §1).
 
+mod finest;
 mod log;
 mod session;
 
 use crate::codec::correction::Correction;
 use crate::codec::order::Order;
 use crate::codec::residue::Residue;
-use crate::codec::walk::Walk;
 use crate::container::{Contents, Metadata, Parsed, Parser, Plan, Want};
-use crate::error::{Error, FormatError, Result};
+use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::mesh::{IndexedMesh, Vertex};
 use crate::refine::{ProgressiveMesh, Site};
@@ -82,6 +82,16 @@ pub struct Delta {
     pub rewritten: Vec<u32>,
 }
 
+impl Delta {
+    /// Bytes that its lists take when each of them is next copied to one twice as long, and as much to spare.
+    fn bytes(&self) -> usize {
+        let bytes = self.parents.capacity() * size_of::<Site>()
+            + self.flips.capacity() * size_of::<[Vertex; 3]>()
+            + self.rewritten.capacity() * size_of::<u32>();
+        4 * bytes
+    }
+}
+
 /// What [`Decoder::poll`] tells.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Event {
@@ -148,23 +158,7 @@ pub struct Decoder {
     events: VecDeque<Event>,
     ended: bool,
     /// What ended decoding, if something did.
-    fault: Option<Fault>,
-}
-
-/// The errors that a file is answerable for.
-#[derive(Clone, Debug)]
-enum Fault {
-    Format(FormatError),
-    Limit { what: &'static str, needed: u64, allowed: u64 },
-}
-
-impl From<Fault> for Error {
-    fn from(fault: Fault) -> Self {
-        match fault {
-            Fault::Format(fault) => Self::Format(fault),
-            Fault::Limit { what, needed, allowed } => Self::Limit { what, needed, allowed },
-        }
-    }
+    fault: Option<Error>,
 }
 
 impl Decoder {
@@ -208,9 +202,11 @@ impl Decoder {
     /// after the last whole operation, and every further call says the same.
     pub fn poll(&mut self) -> Result<Option<Event>> {
         let outcome = self.next_event();
+        // The caller is answerable for other errors, and may call again.
         self.fault = match &outcome {
-            Err(Error::Format(fault)) => Some(Fault::Format(fault.clone())),
-            &Err(Error::Limit { what, needed, allowed }) => Some(Fault::Limit { what, needed, allowed }),
+            Err(fault @ (Error::Format(_) | Error::Limit { .. } | Error::Memory { .. })) => {
+                Some(fault.clone())
+            }
             _ => return outcome,
         };
         // What was decoded before the fault is told first.
@@ -223,7 +219,7 @@ impl Decoder {
                 return Ok(Some(event));
             }
             if let Some(fault) = &self.fault {
-                return Err(fault.clone().into());
+                return Err(fault.clone());
             }
             if self.ended {
                 self.swallow_rest()?;
@@ -247,6 +243,7 @@ impl Decoder {
                 Parsed::NeedMore(_) => return Ok(None),
                 Parsed::Contents(contents) => {
                     let base = contents.base_level();
+                    self.session.pay_for_contents(&contents)?;
                     self.session.begin(contents.clone(), base);
                     return Ok(Some(Event::Contents(contents)));
                 }
@@ -281,7 +278,7 @@ impl Decoder {
     /// [`Decoder::poll`], if there was one.
     pub fn finish(&self) -> Result<()> {
         if let Some(fault) = &self.fault {
-            return Err(fault.clone().into());
+            return Err(fault.clone());
         }
         if self.session.is_stopped() {
             return Ok(());
@@ -309,17 +306,17 @@ impl Decoder {
 
     /// The residue of level 0, once known.
     pub fn residue(&self) -> Option<&Residue> {
-        self.session.residue.as_ref()
+        self.session.finest.residue.as_ref()
     }
 
     /// The input's coordinates, once known, where the file has them.
     pub fn correction(&self) -> Option<&Correction> {
-        self.session.correction.as_ref()
+        self.session.finest.correction.as_ref()
     }
 
     /// The order of the input's vertices and triangles, once known, where the file has it.
     pub fn order(&self) -> Option<&Order> {
-        self.session.order.as_ref()
+        self.session.finest.order.as_ref()
     }
 
     /// The metadata, once known.
@@ -332,28 +329,19 @@ impl Decoder {
         self.session.operations
     }
 
+    /// Units of work done so far: see [`Limits::work`].
+    pub fn work(&self) -> u64 {
+        self.session.work()
+    }
+
     /// The mesh as positions and triangles; at level 0, once residue, correction and order are known, everything the
     /// input had: its coordinates bit for bit where the file has a correction, its lists of vertices and triangles where it
     /// has an order.
     ///
     /// # Errors
-    /// [`Error::Parameter`] before the base is there.
+    /// [`Error::Parameter`] before the base is there; [`Error::Limit`] where it takes more memory than is left.
     pub fn assembled(&self) -> Result<IndexedMesh> {
-        let (Some(contents), Some(_)) = (self.contents(), self.level()) else {
-            return Err(Error::Parameter("there is no mesh before the end of the base".into()));
-        };
-        let mesh = self.mesh();
-        let walk = Walk::new(&mesh.table, &mesh.roots);
-        let none = Residue::default();
-        let residue = self.residue().filter(|_| self.level() == Some(0)).unwrap_or(&none);
-        let mut assembled = residue.assemble(mesh, &walk, &contents.header.lattice);
-        if let Some(correction) = self.correction().filter(|_| self.level() == Some(0)) {
-            correction.apply(&mut assembled);
-        }
-        match self.order().filter(|_| self.level() == Some(0)) {
-            Some(order) => Ok(order.apply(&assembled)),
-            None => Ok(assembled),
-        }
+        self.session.assembled()
     }
 
     /// Goes down to the next coarser level by the undo log. Returns the level reached, or `None` where the log ends.

@@ -1,14 +1,15 @@
 //! Errors, told by actor: the medium, the file, the caller, the policy.
 
 use std::fmt;
+use std::sync::Arc;
 
 /// What can go wrong in the library.
-#[derive(Debug, thiserror::Error)]
+#[derive(Clone, Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
     /// The medium failed: worth trying again.
     #[error("{0}")]
-    Io(#[from] std::io::Error),
+    Io(Arc<std::io::Error>),
     /// The `.uwm` file is damaged, truncated or not one.
     #[error("{0}")]
     Format(#[from] FormatError),
@@ -28,9 +29,21 @@ pub enum Error {
         /// How much is allowed.
         allowed: u64,
     },
+    /// Memory that was allowed is not to be had: the system refuses it.
+    #[error("out of memory: the system has no {bytes} bytes more")]
+    Memory {
+        /// How much was asked for.
+        bytes: u64,
+    },
     /// The caller's progress callback asked to stop.
     #[error("cancelled")]
     Cancelled,
+}
+
+impl From<std::io::Error> for Error {
+    fn from(error: std::io::Error) -> Self {
+        Self::Io(Arc::new(error))
+    }
 }
 
 /// A fault in a `.uwm` file: where it is, which rule it breaks.

@@ -85,7 +85,10 @@ pub mod container;
 pub mod decoder;
 #[cfg(feature = "encode")]
 pub mod encoder;
+#[cfg(not(feature = "fuzzing"))]
 mod entropy;
+#[cfg(feature = "fuzzing")]
+pub mod entropy;
 pub mod error;
 #[cfg(feature = "formats")]
 pub mod formats;

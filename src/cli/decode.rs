@@ -15,7 +15,8 @@ use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
-use unweld::codec::walk::Walk;
+use unweld::codec::walk::Tour;
+use unweld::codec::whole::Whole;
 use unweld::container::{Contents, Measure, Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::{IndexedMesh, Lattice};
@@ -293,8 +294,8 @@ pub fn mesh(decoder: &Decoder, triangles: Option<u32>) -> anyhow::Result<(Indexe
         (Some(residue), Some(contents)) if !fits(residue.triangles.len()) => {
             let mut residue = residue.clone();
             residue.triangles.clear();
-            let walk = Walk::new(&decoder.mesh().table, &decoder.mesh().roots);
-            Ok((residue.assemble(decoder.mesh(), &walk, &contents.header.lattice), None))
+            let whole = Whole::new(decoder.mesh(), &residue, &Tour::new(decoder.mesh()));
+            Ok((whole.on_lattice(&contents.header.lattice), None))
         }
         _ => {
             let correction = decoder.correction().filter(|_| decoder.level() == Some(0));

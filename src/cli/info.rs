@@ -90,8 +90,13 @@ fn told_of_cut(uwm: &Uwm) -> anyhow::Result<()> {
 pub fn describe(uwm: &mut Uwm, progress: &mut Progress) -> anyhow::Result<Description> {
     let metadata = uwm.metadata()?;
     let mut residue = ResidueCounts::default();
-    if !uwm.contents.residue().is_empty() && uwm.cut().is_none() {
-        let plan = plan_from_keyframe(&uwm.contents, 0);
+    let residue_atoms = uwm.contents.residue();
+    if !residue_atoms.is_empty() && uwm.cut().is_none() {
+        let mut plan = plan_from_keyframe(&uwm.contents, 0);
+        // What follows the residue can be told without being decoded.
+        for part in plan.parts.iter_mut().filter(|part| part.atoms.contains(&residue_atoms.start)) {
+            *part = uwm.part(part.atoms.start..residue_atoms.end);
+        }
         let decoder = uwm.decode(Some(&plan), Until::default(), progress, &mut |_, _| Ok(()))?;
         residue = decoder.residue().map(Residue::counts).unwrap_or_default();
     }

@@ -272,7 +272,7 @@ impl fmt::Debug for Http {
 
 fn client(options: &HttpOptions) -> Result<Client> {
     use rustls_platform_verifier::BuilderVerifierExt;
-    let failed = |e: rustls::Error| Error::Io(io::Error::other(e));
+    let failed = |e: rustls::Error| Error::from(io::Error::other(e));
     let provider = Arc::new(rustls::crypto::ring::default_provider());
     let tls = rustls::ClientConfig::builder_with_provider(provider).with_safe_default_protocol_versions();
     let tls = tls.and_then(BuilderVerifierExt::with_platform_verifier).map_err(failed)?.with_no_client_auth();
@@ -283,7 +283,7 @@ fn client(options: &HttpOptions) -> Result<Client> {
         .referer(false)
         .connect_timeout(options.timeout)
         .read_timeout(options.timeout);
-    client.build().map_err(|e| Error::Io(io::Error::other(e)))
+    client.build().map_err(|e| Error::from(io::Error::other(e)))
 }
 
 fn is_redirect(status: StatusCode) -> bool {

@@ -1,7 +1,7 @@
 //! The correction: the input's coordinates at level 0, bit for bit (spec §10).
 
 use super::grid::{Grid, MAX_PLACES, Points, Real};
-use super::residue::{Extra, ResidueError, Whole, spend};
+use super::whole::{Extra, Whole, WholeError, spend};
 use crate::entropy::{Bit, BitCoder, NumberModel, RangeDecoder, uniform};
 use crate::limits::Budget;
 use crate::mesh::{IndexedMesh, Lattice};
@@ -31,24 +31,23 @@ const NEAR: u64 = 16;
 impl Correction {
     /// Writes the correction of level 0.
     #[cfg(feature = "encode")]
-    pub fn encode(&self, whole: &Whole, lattice: &Lattice) -> Result<Vec<u8>, ResidueError> {
+    pub fn encode(&self, whole: &Whole, lattice: &Lattice) -> Result<Vec<u8>, WholeError> {
         let mut coder = crate::entropy::RangeEncoder::default();
         let mut copy = self.clone();
-        let budget = &mut Budget::new(crate::limits::Limits { memory: u64::MAX, work: u64::MAX });
-        copy.code(whole, lattice, &mut coder, budget)?;
+        copy.code(whole, lattice, &mut coder, &mut Budget::unlimited())?;
         Ok(coder.finish())
     }
 
     /// Reads the correction of level 0.
     ///
     /// # Errors
-    /// [`ResidueError`]; memory grows with what has been read.
+    /// [`WholeError`]; memory grows with what has been read.
     pub fn decode(
         bytes: &[u8],
         whole: &Whole,
         lattice: &Lattice,
         budget: &mut Budget,
-    ) -> Result<Self, ResidueError> {
+    ) -> Result<Self, WholeError> {
         let mut coder = RangeDecoder::new(bytes);
         let mut correction = Self::default();
         correction.code(whole, lattice, &mut coder, budget)?;
@@ -58,10 +57,16 @@ impl Correction {
 
     /// Puts the whole right: positions, and a vertex for each copy.
     pub fn apply(&self, mesh: &mut IndexedMesh) {
-        mesh.positions.clone_from(&self.positions);
-        mesh.positions
-            .extend(self.copies.iter().map(|&(v, axes)| other_zeros(self.positions[v as usize], axes)));
+        mesh.positions = self.all_positions();
         self.rename(&mut mesh.triangles);
+    }
+
+    /// The positions of the whole's vertices, then those of the copies.
+    pub fn all_positions(&self) -> Vec<[f64; 3]> {
+        let mut positions = Vec::with_capacity(self.positions.len() + self.copies.len());
+        positions.extend_from_slice(&self.positions);
+        positions.extend(self.copies.iter().map(|&(v, axes)| other_zeros(self.positions[v as usize], axes)));
+        positions
     }
 
     /// Puts the corners of the whole's triangles right: at copies, which follow the other vertices.
@@ -77,11 +82,12 @@ impl Correction {
         lattice: &Lattice,
         coder: &mut C,
         budget: &mut Budget,
-    ) -> Result<(), ResidueError> {
+    ) -> Result<(), WholeError> {
         self.real = if coder.even(|| self.real == Real::Binary64) { Real::Binary64 } else { Real::Binary32 };
         for grids in &mut self.grids {
             code_grids(grids, self.real, coder)?;
         }
+        budget.take_work(whole.triangles.len() as u64)?;
         self.code_positions(whole, lattice, coder, budget)?;
         self.code_copies(whole, coder, budget)
     }
@@ -92,21 +98,19 @@ impl Correction {
         lattice: &Lattice,
         coder: &mut C,
         budget: &mut Budget,
-    ) -> Result<(), ResidueError> {
+    ) -> Result<(), WholeError> {
         let known = std::mem::take(&mut self.positions);
         let mut axes: Vec<Axis> = self.grids.iter().map(|grids| Axis::new(grids, self.real)).collect();
         for (k, vertex) in whole.vertices.iter().enumerate() {
             if k.is_multiple_of(1024) {
                 // Of each coordinate what was seen last, until all are read.
-                budget.take_memory(1024, BYTES_SEEN).map_err(ResidueError::Limit)?;
+                budget.take_memory(1024, BYTES_SEEN)?;
             }
             spend(budget, k)?;
             let p = vertex.position(lattice);
             let Extra::Lattice(q) = *vertex else {
                 if !p.iter().all(|&x| self.real.holds(x)) {
-                    return Err(ResidueError::Range(
-                        "a further vertex is not of the type of the coordinates",
-                    ));
+                    return Err(WholeError::Range("a further vertex is not of the type of the coordinates"));
                 }
                 self.positions.push(p);
                 continue;
@@ -128,9 +132,9 @@ impl Correction {
         whole: &Whole,
         coder: &mut C,
         budget: &mut Budget,
-    ) -> Result<(), ResidueError> {
+    ) -> Result<(), WholeError> {
         let fault = || {
-            ResidueError::Range("a copy of a vertex that does not exist, has no such zero, or is told twice")
+            WholeError::Range("a copy of a vertex that does not exist, has no such zero, or is told twice")
         };
         let known = (std::mem::take(&mut self.copies), std::mem::take(&mut self.corners));
         let count = NumberModel::default().unsigned(coder, || known.0.len() as u32)?;
@@ -168,7 +172,7 @@ impl Correction {
                     spend(budget, self.corners.len())?;
                     self.corners.push((corner as u32, first + k - 1));
                 }
-                _ => return Err(ResidueError::Range("a corner names a copy that does not exist")),
+                _ => return Err(WholeError::Range("a corner names a copy that does not exist")),
             }
             coder.check()?;
         }
@@ -181,7 +185,7 @@ pub fn other_zeros(position: [f64; 3], axes: u8) -> [f64; 3] {
     std::array::from_fn(|i| if axes >> i & 1 == 1 { -position[i] } else { position[i] })
 }
 
-fn code_grids<C: BitCoder>(grids: &mut Vec<Grid>, real: Real, coder: &mut C) -> Result<(), ResidueError> {
+fn code_grids<C: BitCoder>(grids: &mut Vec<Grid>, real: Real, coder: &mut C) -> Result<(), WholeError> {
     let known = std::mem::take(grids);
     let count = 1 + coder.bits(2, || known.len() as u32 - 1);
     for k in 0..count as usize {
@@ -200,7 +204,7 @@ fn code_grids<C: BitCoder>(grids: &mut Vec<Grid>, real: Real, coder: &mut C) -> 
             Grid::Decimal { digits, places } => digits > 0 && places <= MAX_PLACES,
         };
         if !sound {
-            return Err(ResidueError::Range("a grid of coordinates is out of range"));
+            return Err(WholeError::Range("a grid of coordinates is out of range"));
         }
         grids.push(grid);
     }
@@ -238,10 +242,10 @@ impl Axis {
         half: f64,
         coder: &mut C,
         truth: f64,
-    ) -> Result<f64, ResidueError> {
+    ) -> Result<f64, WholeError> {
         let mut next = 1;
         if let Some((x, state)) = self.seen.get_mut(&q) {
-            let again = &mut self.again[usize::from(*state & 3)];
+            let again = &mut self.again[usize::from((*state).min(3))];
             if coder.bit(again, || x.to_bits() == truth.to_bits()) {
                 *state = (*state + 1).min(3);
                 return Ok(*x);
@@ -259,8 +263,8 @@ impl Axis {
         half: f64,
         coder: &mut C,
         truth: f64,
-    ) -> Result<f64, ResidueError> {
-        let range = || ResidueError::Range("a coordinate is out of range");
+    ) -> Result<f64, WholeError> {
+        let range = || WholeError::Range("a coordinate is out of range");
         for (points, on) in self.grids.iter().zip(&mut self.on) {
             let (low, count) = points.within(p - half, p + half);
             let found = if C::ENCODES { place(points, self.real, truth, low, count) } else { None };
@@ -313,4 +317,4 @@ fn place(_: &Points, _: Real, _: f64, _: i64, _: u64) -> Option<(u64, i32)> {
 }
 
 /// What a vertex leaves in the memory of the axes, at most, until all vertices are read.
-const BYTES_SEEN: usize = 3 * 48;
+const BYTES_SEEN: usize = 3 * 72;

@@ -1,6 +1,8 @@
 //! Where the vertices are, and how large everything is round them (spec §5.5.1).
 
 use super::vector::{Vector, Vectors, truncate_long};
+use crate::error::Result;
+use crate::limits::make_room;
 use crate::mesh::Vertex;
 use crate::refine::ProgressiveMesh;
 
@@ -71,7 +73,16 @@ impl Extents {
         (self.at(v).edges, self.at(v).squares)
     }
 
+    /// What each takes.
+    pub const BYTES_A_VERTEX: usize = size_of::<Extent>();
+
     /// Makes room for so many vertices in all.
+    pub fn make_room(&mut self, vertices: usize) -> Result<()> {
+        let more = vertices.saturating_sub(self.extents.len());
+        make_room(&mut self.extents, more)
+    }
+
+    /// As [`Extents::make_room`], where nobody asks.
     pub fn reserve(&mut self, vertices: usize) {
         self.extents.reserve_exact(vertices.saturating_sub(self.extents.len()));
     }

@@ -4,7 +4,7 @@ use super::edgebreaker::{self, ConnectivityError};
 use super::walk::Walk;
 use crate::entropy::{BitCoder, CodingError, NumberModel, RangeDecoder, varint};
 use crate::limits::Budget;
-use crate::mesh::{CornerMap, CornerTable, Vertex};
+use crate::mesh::{CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Roots, from_cell};
 use bitvec::vec::BitVec;
 
@@ -62,7 +62,9 @@ pub fn decode(
         .filter(|&n| n <= 3 * u64::from(expected.triangles))
         .ok_or_else(|| ConnectivityError::Mesh("the number of boundary edges is out of range".into()))?;
     let mut coder = RangeDecoder::new(bytes);
+    budget.take_work(WORK_A_TRIANGLE * u64::from(expected.triangles))?;
     let connectivity = edgebreaker::decode(&mut coder, expected.triangles, boundary as u32, budget)?;
+    let held = connectivity.held;
     let vertices = connectivity.table.vertex_slots();
     if vertices != expected.vertices as usize {
         let what = format!("{vertices} vertices instead of {}", expected.vertices);
@@ -79,6 +81,7 @@ pub fn decode(
         }
         *place = cell.map(|x| from_cell(x, expected.precision));
     }
+    budget.give_memory(held, 1);
     Ok(mesh)
 }
 
@@ -131,10 +134,13 @@ fn renumbered(table: &CornerTable, roots: &Roots, walk: &Walk) -> ProgressiveMes
         name[v.index()] = Vertex(k as u32);
     }
     let renamed = |v: Vertex| name[v.index()];
-    let vertices = table.triangles().map(|t| table.triangle(t).map(renamed)).collect();
-    let opposites = table.triangles().map(|t| table.opposites_from(t.corner(0))).collect();
-    let table = CornerTable::from_parts(order.len(), CornerMap(vertices), CornerMap(opposites));
+    let triangles =
+        table.triangles().map(|t| (table.triangle(t).map(renamed), table.opposites_from(t.corner(0))));
+    let table = CornerTable::collect(order.len(), table.triangle_count(), triangles);
     let edges = roots.edges().iter().map(|&(u, w)| (renamed(u), renamed(w))).collect();
     let roots = Roots::new(&table, edges);
     ProgressiveMesh { positions: vec![[0; 3]; order.len()], table, roots }
 }
+
+/// Units of work for a triangle: to be walked over, checked and numbered anew, and half a position.
+const WORK_A_TRIANGLE: u64 = 8;

@@ -13,10 +13,14 @@ pub mod order;
 mod places;
 pub(crate) mod position;
 pub(crate) mod precision;
+#[cfg(not(feature = "fuzzing"))]
 pub(crate) mod refinement;
+#[cfg(feature = "fuzzing")]
+pub mod refinement;
 pub mod residue;
 mod vector;
 pub mod walk;
+pub mod whole;
 
 #[cfg(all(test, feature = "encode"))]
 mod tests;

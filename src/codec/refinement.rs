@@ -7,6 +7,8 @@ use super::position::PositionModels;
 use super::vector::truncate;
 use super::walk::Walk;
 use crate::entropy::{Bit, BitCoder, CodingError};
+use crate::error::Result;
+use crate::limits::make_room;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
 use star::LinkEdge;
@@ -17,10 +19,10 @@ pub const MAX_STAR: usize = 64;
 /// The models of refinements. They start afresh with each segment (spec §5.2).
 #[derive(Clone, Debug)]
 pub struct SegmentModels {
-    /// By kind, how many sides are closed (0 to 4; eight places make any three bits one), class.
-    split: [[[Bit; extents::CLASSES]; 8]; 2],
+    /// By kind, how many sides are closed (0 to 4), class.
+    split: [[[Bit; extents::CLASSES]; CLOSED]; 2],
     /// By what [`link_edges`](super::context::link_edges) tells; more places than that, so that any seven bits make one.
-    flip: [Bit; 128],
+    flip: [Bit; CONTEXTS],
     face: Bit,
     attach: Bit,
     position: PositionModels,
@@ -30,8 +32,8 @@ pub struct SegmentModels {
 impl Default for SegmentModels {
     fn default() -> Self {
         Self {
-            split: [[[Bit::NEW; extents::CLASSES]; 8]; 2],
-            flip: [Bit::NEW; 128],
+            split: [[[Bit::NEW; extents::CLASSES]; CLOSED]; 2],
+            flip: [Bit::NEW; CONTEXTS],
             face: Bit::NEW,
             attach: Bit::NEW,
             position: PositionModels::default(),
@@ -141,6 +143,18 @@ impl Asked {
 
 /// Edges that are looked at together, before the first of them is asked for (spec §5.5.2).
 const AHEAD: usize = 64;
+/// Places for how many sides are closed: more than there are, so that any three bits make one.
+const CLOSED: usize = 8;
+/// Places for what is known of a link edge, seven bits.
+const CONTEXTS: usize = 1 << 7;
+/// Link edges of a star that are looked at: each flip takes one away and adds two, and no star has more than [`MAX_STAR`] triangles.
+const QUEUE: usize = 2 * MAX_STAR;
+const _: () = assert!(QUEUE.is_power_of_two());
+// An index is masked where it is known to be within its list: the mask then changes nothing, and spares the check.
+const _: () =
+    assert!(AHEAD.is_power_of_two() && CLOSED.is_power_of_two() && extents::CLASSES.is_power_of_two());
+// Two triangles, of which neither is in a star, have two further edges each.
+const _: () = assert!(2 * 2 < CLOSED);
 
 /// The state of a level under way; it survives from atom to atom.
 #[derive(Debug)]
@@ -162,7 +176,7 @@ pub struct LevelPass {
     /// Largest coordinate of a cell.
     max: i32,
     /// Of the star under way: the link edges to be looked at.
-    queue: [LinkEdge; 2 * MAX_STAR],
+    queue: [LinkEdge; QUEUE],
     inserted: Inserted,
     /// Bits that positions took, where this side writes.
     pub position_bits: f64,
@@ -191,7 +205,7 @@ impl LevelPass {
             asked_done: 0,
             precision,
             max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
-            queue: [LinkEdge::NONE; 2 * MAX_STAR],
+            queue: [LinkEdge::NONE; QUEUE],
             inserted: Inserted::default(),
             position_bits: 0.0,
         };
@@ -212,6 +226,20 @@ impl LevelPass {
         self.extents.reserve(mesh.positions.capacity());
         self.walk(mesh);
         self
+    }
+
+    /// Bytes that a pass takes over a mesh with room for so much, of so many triangles and boundary edges when the pass begins.
+    pub fn bytes([vertices, triangles]: [usize; 2], walked: usize, boundary: usize) -> usize {
+        let lists = Walk::bytes(walked, boundary) + 3 * size_of::<(Vertex, Vertex)>() * boundary;
+        lists + triangles.max(walked) + Extents::BYTES_A_VERTEX * vertices
+    }
+
+    /// Takes as much room as the mesh has been given.
+    pub fn make_room(&mut self, mesh: &ProgressiveMesh) -> Result<()> {
+        let [vertices, triangles] = mesh.room();
+        let more = triangles.saturating_sub(self.states.len());
+        make_room(&mut self.states, more)?;
+        self.extents.make_room(vertices)
     }
 
     /// Whether extents are what a new measurement would find.
@@ -292,7 +320,8 @@ impl LevelPass {
                 } else {
                     left - 1
                 };
-                let models = &mut under.models.split[usize::from(o.is_none())][closed as usize & 7];
+                let models =
+                    &mut under.models.split[usize::from(o.is_none())][closed as usize & (CLOSED - 1)];
                 let model = &mut models[usize::from(class) & (extents::CLASSES - 1)];
                 if under.coder.bit(model, || under.answers.split(&under.mesh.table, k)) {
                     under.coder.check()?;

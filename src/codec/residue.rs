@@ -2,22 +2,13 @@
 //!
 //! Vertices and triangles are named by their place in the walk of level 0, so that replay and keyframe serve alike.
 
-use super::walk::Walk;
-use crate::entropy::{Bit, BitCoder, CodingError, NumberModel, RangeDecoder};
+use super::walk::Tour;
+use super::whole::{Extra, WholeError, spend};
+use crate::entropy::{Bit, BitCoder, NumberModel, RangeDecoder};
 use crate::limits::Budget;
-use crate::mesh::{IndexedMesh, Lattice};
 use crate::refine::ProgressiveMesh;
 use bitvec::vec::BitVec;
 use std::collections::HashMap;
-
-/// A vertex in no triangle of level 0.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Extra {
-    /// On the lattice, perhaps outside the cube; coordinates between -2^30 and 2^30, both excluded, so that differences are 32-bit numbers.
-    Lattice([i32; 3]),
-    /// Further away: the position itself.
-    Exact([f64; 3]),
-}
 
 /// What level 0 lacks of the input.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -52,20 +43,6 @@ pub struct ResidueCounts {
 pub const MAX_OUTSIDE: i32 = (1 << 30) - 1;
 const NONE: u32 = u32::MAX;
 
-/// Why a residue, a correction or an order cannot be read.
-#[derive(Debug, thiserror::Error)]
-pub enum ResidueError {
-    /// The code ends early or holds an impossible number.
-    #[error("{0}")]
-    Coding(#[from] CodingError),
-    /// A name or a coordinate is out of range.
-    #[error("{0}")]
-    Range(&'static str),
-    /// A limit was reached.
-    #[error("{0}")]
-    Limit(crate::error::Error),
-}
-
 impl Residue {
     /// Whether there is nothing to say.
     pub fn is_empty(&self) -> bool {
@@ -91,24 +68,27 @@ impl Residue {
         }
     }
 
-    /// Writes the residue of `mesh`, level 0.
+    /// Writes the residue of `mesh`, level 0, on a `tour` of it.
     #[cfg(feature = "encode")]
-    pub fn encode(&self, mesh: &ProgressiveMesh) -> Result<Vec<u8>, ResidueError> {
+    pub fn encode(&self, mesh: &ProgressiveMesh, tour: &Tour) -> Result<Vec<u8>, WholeError> {
         let mut coder = crate::entropy::RangeEncoder::default();
-        let mut copy = self.clone();
-        let budget = &mut Budget::new(crate::limits::Limits { memory: u64::MAX, work: u64::MAX });
-        copy.code(mesh, &mut coder, budget)?;
+        self.clone().code(mesh, tour, &mut coder, &mut Budget::unlimited())?;
         Ok(coder.finish())
     }
 
-    /// Reads the residue of `mesh`, level 0.
+    /// Reads the residue of `mesh`, level 0, on a `tour` of it.
     ///
     /// # Errors
-    /// [`ResidueError`]; memory grows with what has been read.
-    pub fn decode(bytes: &[u8], mesh: &ProgressiveMesh, budget: &mut Budget) -> Result<Self, ResidueError> {
+    /// [`WholeError`]; memory grows with what has been read.
+    pub fn decode(
+        bytes: &[u8],
+        mesh: &ProgressiveMesh,
+        tour: &Tour,
+        budget: &mut Budget,
+    ) -> Result<Self, WholeError> {
         let mut coder = RangeDecoder::new(bytes);
         let mut residue = Self::default();
-        residue.code(mesh, &mut coder, budget)?;
+        residue.code(mesh, tour, &mut coder, budget)?;
         coder.finish()?;
         Ok(residue)
     }
@@ -116,21 +96,28 @@ impl Residue {
     fn code<C: BitCoder>(
         &mut self,
         mesh: &ProgressiveMesh,
+        tour: &Tour,
         coder: &mut C,
         budget: &mut Budget,
-    ) -> Result<(), ResidueError> {
-        self.code_flipped(mesh.table.triangle_count(), coder)?;
-        self.code_groups(mesh, coder)?;
+    ) -> Result<(), WholeError> {
+        self.code_flipped(mesh.table.triangle_count(), coder, budget)?;
+        self.code_groups(mesh, tour, coder, budget)?;
         self.code_extras(coder, budget)?;
-        let vertices = mesh.table.corners.iter().filter(|c| c.is_some()).count();
-        self.code_triangles(vertices as u32, coder, budget)
+        self.code_triangles(tour.vertices.len() as u32, coder, budget)
     }
 
-    fn code_flipped<C: BitCoder>(&mut self, triangles: usize, coder: &mut C) -> Result<(), ResidueError> {
+    fn code_flipped<C: BitCoder>(
+        &mut self,
+        triangles: usize,
+        coder: &mut C,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
         if !coder.even(|| self.flipped.any()) {
             self.flipped.clear();
             return Ok(());
         }
+        budget.take_memory(triangles / 8 + size_of::<usize>(), 1)?;
+        budget.take_work(triangles as u64)?;
         let mut models = [Bit::NEW; 2];
         let mut last = false;
         self.flipped.resize(triangles, false);
@@ -146,20 +133,23 @@ impl Residue {
     fn code_groups<C: BitCoder>(
         &mut self,
         mesh: &ProgressiveMesh,
+        tour: &Tour,
         coder: &mut C,
-    ) -> Result<(), ResidueError> {
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
         if !coder.even(|| !self.groups.is_empty()) {
             return Ok(());
         }
+        budget.take_memory(tour.vertices.len(), size_of::<u32>())?;
+        budget.take_work(WORK_A_VERTEX * tour.vertices.len() as u64)?;
         let mut models = [Bit::NEW; 2];
         let mut choice = NumberModel::default();
         let mut at_position: HashMap<[i32; 3], Vec<u32>> = HashMap::new();
         // For each group its place among those at its position, from 1.
         let mut places = Vec::new();
         let mut last = false;
-        let order = Walk::new(&mesh.table, &mesh.roots).vertices(&mesh.table);
-        self.groups.resize(order.len(), NONE);
-        for (group, v) in self.groups.iter_mut().zip(order) {
+        self.groups.resize(tour.vertices.len(), NONE);
+        for (group, v) in self.groups.iter_mut().zip(&tour.vertices) {
             last = coder.bit(&mut models[usize::from(last)], || *group != NONE);
             coder.check()?;
             if !last {
@@ -173,6 +163,9 @@ impl Residue {
             }
             *group = match chosen {
                 0 => {
+                    if places.len().is_multiple_of(GROUPS_AHEAD) {
+                        budget.take_memory(GROUPS_AHEAD, BYTES_A_GROUP)?;
+                    }
                     let fresh = places.len() as u32;
                     here.push(fresh);
                     places.push(here.len() as u32);
@@ -180,13 +173,14 @@ impl Residue {
                 }
                 k => *here
                     .get(k as usize - 1)
-                    .ok_or(ResidueError::Range("there is no such group of vertices"))?,
+                    .ok_or(WholeError::Range("there is no such group of vertices"))?,
             };
         }
+        budget.give_memory(places.len().next_multiple_of(GROUPS_AHEAD), BYTES_A_GROUP);
         Ok(())
     }
 
-    fn code_extras<C: BitCoder>(&mut self, coder: &mut C, budget: &mut Budget) -> Result<(), ResidueError> {
+    fn code_extras<C: BitCoder>(&mut self, coder: &mut C, budget: &mut Budget) -> Result<(), WholeError> {
         let mut number = NumberModel::default();
         let near = self.extras.iter().take_while(|e| matches!(e, Extra::Lattice(_))).count() as u32;
         let far = self.extras.len() as u32 - near;
@@ -205,7 +199,7 @@ impl Residue {
                 last[i] = last[i].wrapping_add(axes[i].signed(coder, || truth[i] - last[i])?);
             }
             if last.iter().any(|x| x.unsigned_abs() > MAX_OUTSIDE as u32) {
-                return Err(ResidueError::Range("the coordinate of a further vertex is out of range"));
+                return Err(WholeError::Range("the coordinate of a further vertex is out of range"));
             }
             coder.check()?;
             self.extras.push(Extra::Lattice(last));
@@ -223,7 +217,7 @@ impl Residue {
                 )
             });
             if position.iter().any(|x| !x.is_finite()) {
-                return Err(ResidueError::Range("the coordinate of a further vertex is not finite"));
+                return Err(WholeError::Range("the coordinate of a further vertex is not finite"));
             }
             coder.check()?;
             self.extras.push(Extra::Exact(position));
@@ -236,7 +230,7 @@ impl Residue {
         vertices: u32,
         coder: &mut C,
         budget: &mut Budget,
-    ) -> Result<(), ResidueError> {
+    ) -> Result<(), WholeError> {
         let mut number = NumberModel::default();
         let count = number.unsigned(coder, || self.triangles.len() as u32)?;
         let known = std::mem::take(&mut self.triangles);
@@ -251,7 +245,7 @@ impl Residue {
             for i in 0..3 {
                 let v = from.wrapping_add(models[i].signed(coder, || truth[i] - from)?);
                 if !(0..names).contains(&i64::from(v)) {
-                    return Err(ResidueError::Range("a further triangle names a vertex that does not exist"));
+                    return Err(WholeError::Range("a further triangle names a vertex that does not exist"));
                 }
                 triangle[i] = v as u32;
                 from = triangle[0] as i32;
@@ -263,90 +257,15 @@ impl Residue {
         Ok(())
     }
 
-    /// Level 0 with everything that belongs to the input: vertices of a group are one again, reversed triangles are
-    /// turned back, further vertices and triangles are added.
-    pub fn assemble(&self, mesh: &ProgressiveMesh, walk: &Walk, lattice: &Lattice) -> IndexedMesh {
-        self.whole(mesh, walk).on_lattice(lattice)
-    }
-
-    /// As [`Residue::assemble`], vertices still as points of the lattice.
-    pub fn whole(&self, mesh: &ProgressiveMesh, walk: &Walk) -> Whole {
-        let order = walk.vertices(&mesh.table);
-        let mut place = vec![NONE; mesh.table.vertex_slots()];
-        for (k, v) in order.iter().enumerate() {
-            place[v.index()] = k as u32;
-        }
-        let mut first = HashMap::new();
-        let mut whole =
-            Whole { names: Vec::with_capacity(order.len() + self.extras.len()), ..Whole::default() };
-        for (k, v) in order.iter().enumerate() {
-            let fresh = whole.vertices.len() as u32;
-            let name = match self.groups.get(k) {
-                Some(&group) if group != NONE => *first.entry(group).or_insert(fresh),
-                _ => fresh,
-            };
-            whole.names.push(name);
-            if name == fresh {
-                whole.vertices.push(Extra::Lattice(mesh.positions[v.index()]));
-            }
-        }
-        for extra in &self.extras {
-            whole.names.push(whole.vertices.len() as u32);
-            whole.vertices.push(*extra);
-        }
-        for (k, &c) in walk.triangles.iter().enumerate() {
-            let mut t =
-                [c, c.next(), c.prev()].map(|c| whole.names[place[mesh.table.vertex(c).index()] as usize]);
-            if self.is_flipped(k) {
-                t.swap(1, 2);
-            }
-            whole.triangles.push(t);
-        }
-        let further = self.triangles.iter().map(|t| t.map(|v| whole.names[v as usize]));
-        whole.triangles.extend(further);
-        whole
-    }
-
     /// Whether the input had triangle `k` of the walk the other way round.
     pub fn is_flipped(&self, k: usize) -> bool {
         self.flipped.get(k).is_some_and(|flipped| *flipped)
     }
 }
 
-/// The whole of level 0 (spec §8.5).
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Whole {
-    /// Its vertices.
-    pub vertices: Vec<Extra>,
-    /// Its triangles: those of the walk, each from its corner there, then the further ones.
-    pub triangles: Vec<[u32; 3]>,
-    /// For each place in the walk, then for each further vertex, its number among `vertices`.
-    pub names: Vec<u32>,
-}
-
-impl Whole {
-    /// Its vertices in their places on the lattice.
-    pub fn on_lattice(self, lattice: &Lattice) -> IndexedMesh {
-        let positions = self.vertices.iter().map(|vertex| vertex.position(lattice)).collect();
-        IndexedMesh::new(positions, self.triangles)
-    }
-}
-
-impl Extra {
-    /// Where it is.
-    pub fn position(&self, lattice: &Lattice) -> [f64; 3] {
-        match *self {
-            Self::Lattice(q) => lattice.position(q),
-            Self::Exact(p) => p,
-        }
-    }
-}
-
-/// Debits the budget for some further items ahead.
-pub(super) fn spend(budget: &mut Budget, k: usize) -> Result<(), ResidueError> {
-    if k.is_multiple_of(1024) {
-        budget.take_memory(1024, 64).map_err(ResidueError::Limit)?;
-        budget.take_work(1024 * 16).map_err(ResidueError::Limit)?;
-    }
-    Ok(())
-}
+/// Groups that the budget is debited for at a time.
+const GROUPS_AHEAD: usize = 1024;
+/// What a group takes until all are read: an entry of the map by position, which may just have grown, a list of its own, a place.
+const BYTES_A_GROUP: usize = 176;
+/// Units of work for a vertex that may be in a group.
+const WORK_A_VERTEX: u64 = 8;

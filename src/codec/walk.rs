@@ -1,7 +1,7 @@
 //! The walk: the order of all triangles, edges and boundary edges of a mesh, by structure alone (spec §4).
 
 use crate::mesh::{Corner, CornerTable, Vertex};
-use crate::refine::Roots;
+use crate::refine::{ProgressiveMesh, Roots};
 use bitvec::vec::BitVec;
 
 /// A mesh in walk order. Edges run from `v(next c)` to `v(prev c)` of their corner.
@@ -78,10 +78,18 @@ impl Walk {
         edges.truncate(tail);
     }
 
+    /// Bytes that its lists take, at most, of a mesh of so many triangles and boundary edges.
+    pub fn bytes(triangles: usize, boundary: usize) -> usize {
+        let edges = (3 * triangles + boundary) / 2 + 4;
+        // Where there is a boundary, edges find no room and are copied to where there is an eighth more; the boundary's own list doubles.
+        let lists = if boundary == 0 { 4 * edges } else { 4 * edges + 4 * (edges + edges / 8 + 4) };
+        lists + 4 * triangles + 12 * boundary
+    }
+
     /// The vertices in the order in which the walk meets them: of each triangle next, prev, then the corner itself.
     pub fn vertices(&self, table: &CornerTable) -> Vec<Vertex> {
         let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
-        let mut vertices = Vec::new();
+        let mut vertices = Vec::with_capacity(table.vertex_slots());
         for &c in &self.triangles {
             for c in [c.next(), c.prev(), c] {
                 let v = table.vertex(c);
@@ -91,6 +99,32 @@ impl Walk {
             }
         }
         vertices
+    }
+}
+
+/// A walk with the vertices that it meets.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Tour {
+    /// The walk.
+    pub walk: Walk,
+    /// See [`Walk::vertices`].
+    pub vertices: Vec<Vertex>,
+}
+
+impl Tour {
+    /// Walks a mesh.
+    pub fn new(mesh: &ProgressiveMesh) -> Self {
+        let walk = Walk::new(&mesh.table, &mesh.roots);
+        let vertices = walk.vertices(&mesh.table);
+        Self { walk, vertices }
+    }
+
+    /// Bytes that it takes to make one, of a mesh of so many boundary edges.
+    pub fn bytes(mesh: &ProgressiveMesh, boundary: usize) -> usize {
+        // Which triangles have been visited, and which vertices, too.
+        Walk::bytes(mesh.table.triangle_count(), boundary)
+            + mesh.table.slots()
+            + 5 * mesh.table.vertex_slots()
     }
 }
 

@@ -6,7 +6,7 @@ use super::contents::{Atom, AtomKind, Contents, Level};
 use super::fields::Fields;
 use super::header::Header;
 use crate::error::FormatError;
-use crate::limits::{MAX_ATOM_BYTES, MAX_ATOMS, MAX_ELEMENTS, MAX_METADATA_BYTES};
+use crate::limits::{MAX_ATOM_BYTES, MAX_ATOMS, MAX_ELEMENTS, MAX_METADATA_BYTES, max_walked};
 
 /// Reads the `header.table_bytes` bytes behind the header.
 pub(super) fn read(header: Header, bytes: &[u8]) -> Result<Contents, FormatError> {
@@ -66,6 +66,13 @@ fn read_levels(header: &Header, fields: &mut Fields) -> Result<Vec<Level>, Forma
             above.vertices, above.triangles, header.vertices, header.triangles
         )
     })?;
+    let walked =
+        levels.iter().map(|level| u64::from(level.triangles)).sum::<u64>() - u64::from(above.triangles);
+    let allowed = max_walked(above.triangles);
+    if walked > allowed {
+        let what = format!("the levels above level 0 have {walked} triangles together, allowed {allowed}");
+        return Err(FormatError::new(fields.offset(), "3.6", what));
+    }
     levels.reverse();
     Ok(levels)
 }
@@ -430,6 +437,28 @@ mod tests {
             assert_eq!(
                 fault_of(&bytes),
                 FormatError::new(88, "3.4", "the table of contents does not match its checksum")
+            );
+        }
+    }
+
+    #[test]
+    fn levels_that_hardly_differ_are_no_many() {
+        // Level 0 has 1,000,000 triangles; 48 levels of about as many are within 2^24 + 32,000,000, 49 are not.
+        for (coarse, fits) in [(48, true), (49, false)] {
+            let mut file = small_file();
+            let (vertices, triangles) = (500_000, 1_000_000);
+            file.levels = (0..=coarse)
+                .map(|j| Level { vertices: vertices - j, triangles: triangles - 2 * j, ..Level::default() })
+                .collect();
+            file.pieces.clear();
+            file.payload(AtomKind::Base, coarse, b"base");
+            (0..coarse).rev().for_each(|j| file.atom(AtomKind::Refinement, j, 1, 2, b"r".to_vec()));
+            let read = parse_contents(&bytes(&file));
+            // The sum of 2j for j up to 49 is 2450.
+            let what = "the levels above level 0 have 48997550 triangles together, allowed 48777216";
+            assert_eq!(
+                read.err().map(|fault| (fault.section, fault.what)),
+                (!fits).then(|| ("3.6", what.into()))
             );
         }
     }

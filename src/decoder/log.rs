@@ -20,6 +20,8 @@ pub struct Log {
     operations: Vec<Operation>,
     flips: Vec<Vertex>,
     marks: Vec<Mark>,
+    /// Root edges of all marks together.
+    roots: usize,
     /// How many levels below the last mark the mesh stands now.
     below: usize,
     /// Whether the last mark stands between two levels.
@@ -41,9 +43,22 @@ impl Log {
         });
     }
 
+    /// Bytes that it takes when each of its lists is next copied to one twice as long.
+    pub fn bytes(&self) -> usize {
+        let marks = self.marks.capacity() * size_of::<Mark>();
+        let lists = self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * 4 + marks;
+        3 * lists + self.roots * size_of::<(Vertex, Vertex)>()
+    }
+
+    /// Bytes that a further mark takes.
+    pub fn bytes_of_mark(mesh: &ProgressiveMesh) -> usize {
+        size_of_val(mesh.roots.edges())
+    }
+
     /// Records that a level is complete.
     pub fn end_level(&mut self, mesh: &ProgressiveMesh, level: u32, precision: u32) {
         let roots = mesh.roots.edges().to_vec();
+        self.roots += roots.len();
         self.marks.push(Mark { level, precision, operations: self.operations.len(), roots });
     }
 

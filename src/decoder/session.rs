@@ -1,19 +1,18 @@
 //! From atoms to the mesh: what a segment has to remember, and no more.
 
+use super::finest::{Finest, Level0, WORK_A_SLOT};
 use super::log::Log;
 use super::{Delta, Event, Options};
-use crate::codec::correction::Correction;
 use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Expected};
-use crate::codec::order::Order;
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{Inserted, LevelPass, RefinementError, SegmentModels, Unknown};
-use crate::codec::residue::{Residue, ResidueError, Whole};
-use crate::codec::walk::Walk;
-use crate::container::{Atom, AtomKind, Contents, Metadata};
+use crate::codec::walk::{Tour, Walk};
+use crate::container::{Atom, AtomKind, Contents, Level, Metadata};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
-use crate::limits::Budget;
+use crate::limits::{Budget, make_room};
+use crate::mesh::IndexedMesh;
 use crate::mesh::corner_table::MAX_TRIANGLES;
 use crate::refine::ProgressiveMesh;
 use std::collections::VecDeque;
@@ -33,9 +32,7 @@ enum Pass {
 pub struct Session {
     pub contents: Option<Arc<Contents>>,
     pub mesh: ProgressiveMesh,
-    pub residue: Option<Residue>,
-    pub correction: Option<Correction>,
-    pub order: Option<Order>,
+    pub finest: Finest,
     pub metadata: Option<Metadata>,
     pub operations: u64,
     options: Options,
@@ -51,6 +48,16 @@ pub struct Session {
     /// Where the first of them stands in the file.
     parts_start: u64,
     log: Option<Log>,
+    /// How many boundary edges the last complete level has.
+    boundary: usize,
+    /// How many triangles it has while a level is under way.
+    walked: usize,
+    /// Bytes debited: for the mesh, the pass, the parts, the log, and the event told last.
+    mesh_held: usize,
+    pass_held: usize,
+    parts_held: usize,
+    log_held: usize,
+    told: usize,
     /// Whether deltas tell of flips.
     flips: bool,
     /// Whether anybody will look at the lists of deltas.
@@ -63,9 +70,7 @@ impl Session {
         Self {
             contents: None,
             mesh: ProgressiveMesh::default(),
-            residue: None,
-            correction: None,
-            order: None,
+            finest: Finest::default(),
             metadata: None,
             operations: 0,
             budget: Budget::new(options.limits),
@@ -76,6 +81,13 @@ impl Session {
             parts: Vec::new(),
             parts_start: 0,
             log: options.undo.then(Log::default),
+            boundary: 0,
+            walked: 0,
+            mesh_held: 0,
+            pass_held: 0,
+            parts_held: 0,
+            log_held: 0,
+            told: 0,
             flips: options.flips,
             tells: true,
             stopped: false,
@@ -83,10 +95,21 @@ impl Session {
         }
     }
 
+    /// Pays for the contents that a file begins with.
+    pub fn pay_for_contents(&mut self, contents: &Contents) -> Result<()> {
+        self.budget.take_memory(contents.atoms.len(), size_of::<Atom>())?;
+        self.budget.take_memory(contents.levels.len(), BYTES_OF_LEVEL)
+    }
+
     /// Sets out from the base or keyframe of level `start`.
     pub fn begin(&mut self, contents: Arc<Contents>, start: u32) {
         self.contents = Some(contents);
         self.start = start;
+    }
+
+    /// Units of work done so far.
+    pub fn work(&self) -> u64 {
+        self.budget.work()
     }
 
     pub fn is_stopped(&self) -> bool {
@@ -105,112 +128,111 @@ impl Session {
     pub fn atom(&mut self, index: usize, payload: &[u8], events: &mut VecDeque<Event>) -> Result<()> {
         let Some(contents) = self.contents.clone() else { return Ok(()) };
         let Some(&atom) = contents.atoms.get(index) else { return Ok(()) };
+        self.budget.receive(payload.len());
+        // What the atom before has told of has been seen.
+        self.budget.hold(&mut self.told, 0)?;
         match atom.kind {
-            AtomKind::Base | AtomKind::Keyframe => {
-                if atom.level != self.start || self.level.is_some() {
-                    return Ok(()); // A way in that was not taken.
-                }
-                if let Some((payload, offset)) = self.gather(&atom, payload)? {
-                    self.start_from(&contents, &atom, offset, &payload, events)?;
-                }
+            AtomKind::Precision | AtomKind::Refinement => self.step(&contents, &atom, payload, events),
+            AtomKind::Optional(_) => Ok(()),
+            _ if atom.last && self.parts.is_empty() => {
+                self.payload(&contents, &atom, payload, atom.offset, events)
             }
-            AtomKind::Precision | AtomKind::Refinement => {
-                if self.level.is_none_or(|level| level != atom.level + 1) {
-                    let what = format!("a refinement to level {} does not follow", atom.level);
-                    return Err(FormatError::new(atom.offset, "3.3", what).into());
+            _ => {
+                self.gather(&atom, payload)?;
+                if atom.last {
+                    let parts = std::mem::take(&mut self.parts);
+                    self.payload(&contents, &atom, &parts, self.parts_start, events)?;
+                    self.budget.hold(&mut self.parts_held, 0)?;
                 }
-                if atom.level < self.options.until.level {
-                    self.stop(events);
-                } else if atom.kind == AtomKind::Precision {
-                    self.sharpen(&contents, &atom, payload, events)?;
-                } else {
-                    self.refine(&contents, &atom, payload, events)?;
-                }
+                Ok(())
             }
-            AtomKind::Residue => {
-                if let Some((payload, offset)) = self.gather(&atom, payload)? {
-                    if self.level != Some(0) {
-                        return Ok(());
-                    }
-                    self.budget.take_work(2 * self.mesh.table.slots() as u64)?;
-                    let residue = Residue::decode(&payload, &self.mesh, &mut self.budget);
-                    self.residue = Some(residue.map_err(|e| fault(e, offset, "8"))?);
-                    events.push_back(Event::Residue);
-                }
+        }
+    }
+
+    /// Collects a payload of several atoms.
+    fn gather(&mut self, atom: &Atom, payload: &[u8]) -> Result<()> {
+        if self.parts.is_empty() {
+            self.parts_start = atom.offset;
+        }
+        let (have, room) = (self.parts.len(), self.parts.capacity());
+        if have + payload.len() > room {
+            let more = payload.len().max(have);
+            self.budget.exchange(&mut self.parts_held, have + more)?;
+            make_room(&mut self.parts, more)?;
+        }
+        self.parts.extend_from_slice(payload);
+        Ok(())
+    }
+
+    /// An atom that leads to the next level, or towards it.
+    fn step(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        payload: &[u8],
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
+        if self.level.is_none_or(|level| level != atom.level + 1) {
+            let what = format!("a refinement to level {} does not follow", atom.level);
+            return Err(FormatError::new(atom.offset, "3.3", what).into());
+        }
+        if atom.level < self.options.until.level {
+            self.stop(events);
+            Ok(())
+        } else if atom.kind == AtomKind::Precision {
+            self.sharpen(contents, atom, payload, events)
+        } else {
+            self.refine(contents, atom, payload, events)
+        }
+    }
+
+    /// A whole payload, the last part of which `atom` is; its first stands at `offset` in the file.
+    fn payload(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        payload: &[u8],
+        offset: u64,
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
+        match atom.kind {
+            AtomKind::Base | AtomKind::Keyframe if atom.level == self.start && self.level.is_none() => {
+                self.start_from(contents, atom, offset, payload, events)?;
             }
-            AtomKind::Correction => {
-                if let Some((payload, offset)) = self.gather(&atom, payload)? {
-                    if self.level != Some(0) {
-                        return Ok(());
-                    }
-                    let (whole, lattice) = (self.whole()?, &contents.header.lattice);
-                    let correction = Correction::decode(&payload, &whole, lattice, &mut self.budget);
-                    self.correction = Some(correction.map_err(|e| fault(e, offset, "10"))?);
-                    self.give_back(whole);
-                    events.push_back(Event::Correction);
-                }
-            }
-            AtomKind::Order => {
-                if let Some((payload, offset)) = self.gather(&atom, payload)? {
-                    if self.level != Some(0) {
-                        return Ok(());
-                    }
-                    let mut whole = self.whole()?;
-                    let mut count = whole.vertices.len();
-                    if let Some(correction) = &self.correction {
-                        correction.rename(&mut whole.triangles);
-                        count += correction.copies.len();
-                    }
-                    let (none, budget) = (Residue::default(), &mut self.budget);
-                    let residue = self.residue.as_ref().unwrap_or(&none);
-                    let order = Order::decode(&payload, &self.mesh, residue, &whole, count, budget);
-                    self.order = Some(order.map_err(|e| fault(e, offset, "11"))?);
-                    self.give_back(whole);
-                    events.push_back(Event::Order);
-                }
-            }
+            // A way in that was not taken.
+            AtomKind::Base | AtomKind::Keyframe => {}
             AtomKind::Metadata => {
-                if let Some((payload, offset)) = self.gather(&atom, payload)? {
-                    self.metadata = Some(Metadata::decode(&payload, offset)?);
-                    events.push_back(Event::Metadata);
-                }
+                self.budget.take_memory(payload.len(), BYTES_OF_METADATA)?;
+                self.budget.take_work(payload.len() as u64)?;
+                self.metadata = Some(Metadata::decode(payload, offset)?);
+                events.push_back(Event::Metadata);
             }
-            AtomKind::Optional(_) => {}
+            _ if self.level == Some(0) => {
+                let lattice = &contents.header.lattice;
+                let level0 = Level0 { mesh: &self.mesh, boundary: self.boundary, lattice };
+                events.extend(self.finest.read(atom.kind, payload, offset, level0, &mut self.budget)?);
+            }
+            _ => {}
         }
         Ok(())
     }
 
-    /// Level 0 with its residue, on the lattice; [`Session::give_back`] when it is done with.
-    fn whole(&mut self) -> Result<Whole> {
-        self.budget.take_work(4 * self.mesh.table.slots() as u64)?;
-        self.budget.take_memory(self.size_of_whole(), BYTES_OF_WHOLE)?;
-        let none = Residue::default();
-        let residue = self.residue.as_ref().unwrap_or(&none);
-        Ok(residue.whole(&self.mesh, &Walk::new(&self.mesh.table, &self.mesh.roots)))
-    }
-
-    fn give_back(&mut self, whole: Whole) {
-        drop(whole);
-        self.budget.give_memory(self.size_of_whole(), BYTES_OF_WHOLE);
-    }
-
-    fn size_of_whole(&self) -> usize {
-        let further = self.residue.as_ref().map_or(0, |r| r.triangles.len() + r.extras.len());
-        self.mesh.table.slots() + further
-    }
-
-    /// Collects a payload of several atoms; returns it with the offset of its first part once its last is there.
-    fn gather(&mut self, atom: &Atom, payload: &[u8]) -> Result<Option<(Vec<u8>, u64)>> {
-        self.budget.take_memory(payload.len(), 1)?;
-        if self.parts.is_empty() {
-            self.parts_start = atom.offset;
+    /// Level 0, or a coarser one, with all that is known of it.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] before the base is there, [`Error::Limit`] where it takes more memory than is left.
+    pub fn assembled(&self) -> Result<IndexedMesh> {
+        let (Some(contents), Some(level)) = (&self.contents, self.level()) else {
+            return Err(Error::Parameter("there is no mesh before the end of the base".into()));
+        };
+        let lattice = &contents.header.lattice;
+        let (mesh, mut boundary) = (&self.mesh, self.boundary);
+        if self.is_lowered() || !matches!(self.pass, Pass::None(_)) {
+            boundary = 3 * mesh.table.triangle_count(); // As many as there can be: they are not counted on the way.
         }
-        self.parts.extend_from_slice(payload);
-        if !atom.last {
-            return Ok(None);
-        }
-        self.budget.give_memory(self.parts.len(), 1);
-        Ok(Some((std::mem::take(&mut self.parts), self.parts_start)))
+        let none = Finest::default();
+        let finest = if level == 0 { &self.finest } else { &none };
+        finest.assembled(Level0 { mesh, boundary, lattice }, &self.budget)
     }
 
     fn start_from(
@@ -232,33 +254,40 @@ impl Session {
             ConnectivityError::Limit(limit) => limit,
             other => FormatError::new(offset, "7", other.to_string()).into(),
         })?;
-        self.budget.take_memory(mesh.positions.len(), ProgressiveMesh::BYTES_A_VERTEX)?;
+        let held = self.bytes_of(mesh.room());
+        self.budget.hold(&mut self.mesh_held, held)?;
+        let corners = mesh.table.triangles().flat_map(|t| t.corners());
+        self.boundary = corners.filter(|&c| mesh.table.opposite(c).is_none()).count();
         self.mesh = mesh;
         events.push_back(Event::Whole { level: atom.level });
-        self.complete(contents, atom.level, events);
-        Ok(())
+        self.complete(contents, atom.level, events)
     }
 
     /// A level is complete; where a segment begins, models start afresh.
-    fn complete(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) {
-        self.level = Some(level);
+    fn complete(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) -> Result<()> {
         self.pass = Pass::None(match std::mem::replace(&mut self.pass, Pass::None(None)) {
             Pass::Level(pass) if level > 0 => Some(pass),
             _ => None,
         });
+        if matches!(self.pass, Pass::None(None)) {
+            self.budget.hold(&mut self.pass_held, 0)?;
+        }
         if contents.starts_segment(level) {
             self.models = SegmentModels::default();
         }
-        if let Some(log) = &mut self.log {
-            log.end_level(&self.mesh, level, contents.levels[level as usize].precision);
-        }
         let entry = &contents.levels[level as usize];
+        if let Some(log) = &mut self.log {
+            self.budget.hold(&mut self.log_held, log.bytes() + Log::bytes_of_mark(&self.mesh))?;
+            log.end_level(&self.mesh, level, entry.precision);
+        }
+        self.level = Some(level);
         events.push_back(Event::Level { level, max_error: entry.max_error, rms_error: entry.rms_error });
         let until = self.options.until;
         let last = level == until.level && level > 0;
         if last || self.operations >= until.operations || entry.triangles >= until.triangles {
             self.stop(events);
         }
+        Ok(())
     }
 
     fn stop(&mut self, events: &mut VecDeque<Event>) {
@@ -268,11 +297,37 @@ impl Session {
     }
 
     fn pay_for_walk(&mut self) -> Result<()> {
-        let slots = self.mesh.table.slots();
-        self.budget.take_work(4 * slots as u64)?;
-        // Lists of edges and triangles; they are given back when the level is complete, which is soon.
-        self.budget.take_memory(slots, 36)?;
-        self.budget.give_memory(slots, 36);
+        self.budget.take_work(WORK_A_SLOT * self.mesh.table.slots() as u64)
+    }
+
+    /// Bytes of a mesh with room for so many vertices and triangles; and of what going down takes, if the log is kept.
+    fn bytes_of(&self, room: [usize; 2]) -> usize {
+        let down = if self.log.is_some() { BYTES_TO_GO_DOWN * room[0] } else { 0 };
+        ProgressiveMesh::bytes(room) + down
+    }
+
+    /// Makes room in the mesh for so many more operations, and in the pass for as many as the mesh has room for.
+    fn make_room(&mut self, contents: &Contents, ahead: usize) -> Result<()> {
+        let (v, t) = (self.mesh.positions.len(), self.mesh.table.slots());
+        let hoped = contents.levels.get(self.options.until.level as usize);
+        let hoped = hoped.map_or([0; 2], |level| [level.vertices as usize, level.triangles as usize]);
+        let Some([most, least]) = self.mesh.more_room([v + ahead, t + 2 * ahead], hoped) else {
+            return Ok(());
+        };
+        let (most_held, least_held) = (self.bytes_of(most), self.bytes_of(least));
+        let room = match self.budget.exchange(&mut self.mesh_held, most_held) {
+            Ok(()) => most,
+            Err(_) => {
+                self.budget.exchange(&mut self.mesh_held, least_held)?;
+                least
+            }
+        };
+        self.mesh.make_room(room)?;
+        if let Pass::Level(pass) = &mut self.pass {
+            let held = LevelPass::bytes(self.mesh.room(), self.walked, self.boundary);
+            self.budget.exchange(&mut self.pass_held, held)?;
+            pass.make_room(&self.mesh)?;
+        }
         Ok(())
     }
 
@@ -284,8 +339,10 @@ impl Session {
         events: &mut VecDeque<Event>,
     ) -> Result<()> {
         let fault = |e: CodingError| FormatError::new(atom.offset, "5.6", e.to_string());
-        self.budget.take_work(u64::from(atom.items))?;
+        self.budget.take_work(WORK_A_STEP * u64::from(atom.items))?;
         if matches!(self.pass, Pass::None(_)) {
+            self.pass = Pass::None(None);
+            self.budget.hold(&mut self.pass_held, Tour::bytes(&self.mesh, self.boundary))?;
             let (from, to) = (
                 contents.levels[atom.level as usize + 1].precision,
                 contents.levels[atom.level as usize].precision,
@@ -298,13 +355,19 @@ impl Session {
             return Err(FormatError::new(atom.offset, "5.6", "a precision pass behind operations").into());
         };
         let mut coder = RangeDecoder::new(payload);
+        // Behind a whole round every vertex has moved.
+        let most = if self.tells { self.mesh.positions.len().min(atom.items as usize) } else { 0 };
+        self.budget.hold(&mut self.told, most * size_of::<u32>())?;
         let mut moved = Vec::new();
+        make_room(&mut moved, most)?;
         for _ in 0..atom.items {
             let step = pass.step(&mut self.mesh, &mut self.models, &mut coder, |_| [0; 3]).map_err(fault)?;
             let Some(v) = step else {
                 return Err(FormatError::new(atom.offset, "5.6", "more steps than vertices").into());
             };
-            moved.push(v.0);
+            if moved.len() < most {
+                moved.push(v.0);
+            }
         }
         coder.finish().map_err(fault)?;
         if atom.last {
@@ -337,11 +400,13 @@ impl Session {
             if needed >= MAX_TRIANGLES as u64 {
                 return Err(Error::Limit { what: "triangles", needed, allowed: MAX_TRIANGLES as u64 - 1 });
             }
-            let counts = |level: u32| {
-                let entry = &contents.levels[level as usize];
-                [entry.vertices as usize, entry.triangles as usize]
-            };
-            self.mesh.reserve(counts(atom.level), counts(self.options.until.level.min(atom.level)));
+            // A level is at most twice as large as the one before, but for what nobody writes.
+            let level = &contents.levels[atom.level as usize];
+            let added = level.vertices as usize - self.mesh.positions.len();
+            self.make_room(contents, added.min(self.mesh.positions.len()))?;
+            self.walked = self.mesh.table.slots();
+            let held = LevelPass::bytes(self.mesh.room(), self.walked, self.boundary);
+            self.budget.exchange(&mut self.pass_held, held)?;
             let bits = contents.header.lattice.bits;
             self.pass = Pass::Level(Box::new(match before {
                 Some(pass) => pass.next(&self.mesh, precision, bits),
@@ -351,7 +416,7 @@ impl Session {
         let first_vertex = self.mesh.positions.len() as u32;
         let first_triangle = self.mesh.table.slots() as u32;
         let mut delta = Delta::default();
-        let outcome = self.operations_of(atom, payload, &mut delta);
+        let outcome = self.operations_of(contents, atom, payload, &mut delta);
         delta.vertices = first_vertex..self.mesh.positions.len() as u32;
         delta.triangles = first_triangle..self.mesh.table.slots() as u32;
         if !delta.vertices.is_empty() {
@@ -362,17 +427,25 @@ impl Session {
             self.stopped = false;
             self.stop(events);
         } else if atom.last {
-            self.complete(contents, atom.level, events);
+            let coarser = &contents.levels[atom.level as usize + 1];
+            let level = &contents.levels[atom.level as usize];
+            // An operation adds two triangles inside, and at the boundary one triangle and one boundary edge.
+            self.boundary += 2 * (level.vertices - coarser.vertices) as usize
+                - (level.triangles - coarser.triangles) as usize;
+            self.complete(contents, atom.level, events)?;
         }
         Ok(())
     }
 
     /// Carries out the operations of one atom, as far as wanted.
-    fn operations_of(&mut self, atom: &Atom, payload: &[u8], delta: &mut Delta) -> Result<()> {
+    fn operations_of(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        payload: &[u8],
+        delta: &mut Delta,
+    ) -> Result<()> {
         let fault = |what: String| FormatError::new(atom.offset, "5.3", what);
-        let Pass::Level(pass) = &mut self.pass else {
-            return Err(fault("operations inside a precision pass".into()).into());
-        };
         let until = self.options.until;
         let triangles = self.mesh.table.triangle_count();
         let mut coder = RangeDecoder::new(payload);
@@ -385,9 +458,7 @@ impl Session {
         for k in 0..atom.items {
             if k.is_multiple_of(CHUNK) {
                 let ahead = CHUNK.min(atom.items - k) as usize;
-                self.budget.take_memory(ahead, ProgressiveMesh::BYTES_A_VERTEX + BYTES_AN_EVENT)?;
-                self.budget.give_memory(ahead, BYTES_AN_EVENT);
-                self.budget.take_work(ahead as u64 * 16)?;
+                self.pay_for(contents, ahead, delta)?;
             }
             if self.operations >= until.operations
                 || self.mesh.table.triangle_count() as u32 + 2 > until.triangles
@@ -395,6 +466,9 @@ impl Session {
                 self.stopped = true;
                 return Ok(());
             }
+            let Pass::Level(pass) = &mut self.pass else {
+                return Err(fault("operations inside a precision pass".into()).into());
+            };
             let step = pass.step(&mut self.mesh, &mut self.models, &mut coder, &mut Unknown);
             let inserted = step.map_err(|e| match e {
                 RefinementError::Coding(e) => fault(e.to_string()),
@@ -419,7 +493,18 @@ impl Session {
         Ok(())
     }
 
+    /// Debits the next operations, and what those before have told and recorded.
+    fn pay_for(&mut self, contents: &Contents, ahead: usize, delta: &Delta) -> Result<()> {
+        self.budget.take_work(WORK_AN_OPERATION * ahead as u64)?;
+        self.budget.hold(&mut self.told, delta.bytes())?;
+        if let Some(log) = &self.log {
+            self.budget.hold(&mut self.log_held, log.bytes())?;
+        }
+        self.make_room(contents, ahead)
+    }
+
     pub fn coarsen(&mut self) -> Result<Option<u32>> {
+        self.finest.forget(&mut self.budget);
         match &mut self.log {
             Some(log) => Ok(log.coarsen(&mut self.mesh)),
             None => Err(no_log()),
@@ -446,19 +531,15 @@ fn tell(delta: &mut Delta, inserted: &Inserted, flips: bool) {
 
 /// Operations that the budget is debited for at a time.
 const CHUNK: u32 = 1024;
-/// What an event holds for one operation: its parents, its flips, and the triangles of its star.
-const BYTES_AN_EVENT: usize = 128;
-
-/// What the whole of level 0 takes for a triangle: its half of a vertex and itself, and the walk to find them by.
-const BYTES_OF_WHOLE: usize = 48;
-
-/// Why a payload beyond the mesh cannot be read.
-fn fault(error: ResidueError, offset: u64, section: &'static str) -> Error {
-    match error {
-        ResidueError::Limit(limit) => limit,
-        other => FormatError::new(offset, section, other.to_string()).into(),
-    }
-}
+/// Units of work for an operation, and for a vertex in a precision pass.
+const WORK_AN_OPERATION: u64 = 16;
+const WORK_A_STEP: u64 = 2;
+/// What going down takes for a vertex: two further positions; its component, and its place in the queue by which that is found.
+const BYTES_TO_GO_DOWN: usize = 2 * 12 + 2 * 4;
+/// What a level takes in the contents: its entry, and where its atoms and its keyframe are.
+const BYTES_OF_LEVEL: usize = size_of::<Level>() + 2 * size_of::<std::ops::Range<usize>>();
+/// What a byte of metadata may become: an empty string, in a list that has just been copied to one twice as long.
+const BYTES_OF_METADATA: usize = 3 * size_of::<String>();
 
 fn no_log() -> Error {
     Error::Parameter("the decoder was not told to keep an undo log".into())

@@ -6,8 +6,9 @@ use super::{Options, grids};
 use crate::codec::correction::Correction;
 use crate::codec::grid::Real;
 use crate::codec::order::{Order, Origin};
-use crate::codec::residue::{Extra, ResidueCounts, ResidueError, Whole};
-use crate::codec::walk::Walk;
+use crate::codec::residue::ResidueCounts;
+use crate::codec::walk::Tour;
+use crate::codec::whole::{Extra, Whole, WholeError};
 use crate::error::{Error, Result};
 use crate::mesh::topology::Conditioned;
 use crate::mesh::{IndexedMesh, Lattice, Vertex};
@@ -63,17 +64,17 @@ impl<'a> Finish<'a> {
         mesh: &ProgressiveMesh,
         lattice: &Lattice,
     ) -> Result<Payloads> {
-        let walk = Walk::new(&mesh.table, &mesh.roots);
-        let named = Named::new(conditioned, mesh, &walk, lattice);
+        let tour = Tour::new(mesh);
+        let named = Named::new(conditioned, mesh, &tour, lattice);
         let mut payloads = Payloads { counts: named.residue.counts(), ..Payloads::default() };
-        let cannot = |e: ResidueError| Error::Parameter(e.to_string());
+        let cannot = |e: WholeError| Error::Parameter(e.to_string());
         if !named.residue.is_empty() {
-            payloads.residue = named.residue.encode(mesh).map_err(cannot)?;
+            payloads.residue = named.residue.encode(mesh, &tour).map_err(cannot)?;
         }
         if self.exact.is_none() && !self.keep_order {
             return Ok(payloads);
         }
-        let mut whole = named.residue.whole(mesh, &walk);
+        let mut whole = Whole::new(mesh, &named.residue, &tour);
         let mut vertices = named.vertices(conditioned, &whole);
         let origins = if self.zeros_differ || self.keep_order {
             self.origins(conditioned, &named, &whole, &vertices)
@@ -93,7 +94,8 @@ impl<'a> Finish<'a> {
         }
         if self.keep_order {
             let order = Order { vertices, triangles: self.input.triangles.clone() };
-            payloads.order = order.encode(mesh, &named.residue, &whole, count, &origins).map_err(cannot)?;
+            let payload = order.encode(mesh, &named.residue, &tour.walk, &whole, count, &origins);
+            payloads.order = payload.map_err(cannot)?;
         }
         Ok(payloads)
     }

@@ -1,7 +1,8 @@
 //! The residue of an encoding, and the names that it gives to the parts of the input.
 
-use crate::codec::residue::{Extra, MAX_OUTSIDE, Residue, Whole};
-use crate::codec::walk::Walk;
+use crate::codec::residue::{MAX_OUTSIDE, Residue};
+use crate::codec::walk::Tour;
+use crate::codec::whole::{Extra, Whole};
 use crate::mesh::topology::Conditioned;
 use crate::mesh::{Lattice, Vertex};
 use crate::refine::ProgressiveMesh;
@@ -22,8 +23,8 @@ pub struct Named {
 
 impl Named {
     /// Names the parts by the walk of `mesh`, level 0, whose vertices have the numbers of the conditioned table.
-    pub fn new(conditioned: &Conditioned, mesh: &ProgressiveMesh, walk: &Walk, lattice: &Lattice) -> Self {
-        let order = walk.vertices(&mesh.table);
+    pub fn new(conditioned: &Conditioned, mesh: &ProgressiveMesh, tour: &Tour, lattice: &Lattice) -> Self {
+        let Tour { walk, vertices: order } = tour;
         let vertices = order.len();
         let mut place = vec![u32::MAX; conditioned.origins.vertices.len()];
         for (k, v) in order.iter().enumerate() {

@@ -10,7 +10,8 @@ use crate::codec::keyframe::{self, Expected};
 use crate::codec::order::Order;
 use crate::codec::refinement::{LevelPass, SegmentModels, Unknown};
 use crate::codec::residue::Residue;
-use crate::codec::walk::Walk;
+use crate::codec::walk::{Tour, Walk};
+use crate::codec::whole::Whole;
 use crate::container::AtomKind;
 use crate::entropy::RangeDecoder;
 use crate::limits::{Budget, Limits};
@@ -109,21 +110,21 @@ pub fn fuzz_residue(data: &[u8]) {
     let flips = choices.bytes(4);
     residue.flipped =
         (0..mesh.table.triangle_count()).map(|k| flips.get(k % 8).is_some_and(|x| x & 1 == 1)).collect();
-    let mut payload = residue.encode(&mesh).expect("flags can be written");
+    let mut payload = residue.encode(&mesh, &Tour::new(&mesh)).expect("flags can be written");
     payload.extend(choices.0);
     read_residue(&payload, &mesh, &lattice);
 }
 
 fn read_residue(payload: &[u8], mesh: &ProgressiveMesh, lattice: &Lattice) {
-    let walk = Walk::new(&mesh.table, &mesh.roots);
-    let Ok(residue) = Residue::decode(payload, mesh, &mut budget()) else { return };
-    let assembled = residue.assemble(mesh, &walk, lattice);
+    let tour = Tour::new(mesh);
+    let Ok(residue) = Residue::decode(payload, mesh, &tour, &mut budget()) else { return };
+    let assembled = Whole::new(mesh, &residue, &tour).on_lattice(lattice);
     check_indices(&assembled);
     assert!(assembled.positions.iter().flatten().all(|x| x.is_finite()));
     assert!(assembled.positions.len() <= mesh.positions.len() + residue.extras.len());
-    let again = residue.encode(mesh).expect("what was read can be written");
-    let copy = Residue::decode(&again, mesh, &mut budget()).expect("what was written can be read");
-    assert_eq!(copy.assemble(mesh, &walk, lattice), assembled);
+    let again = residue.encode(mesh, &tour).expect("what was read can be written");
+    let copy = Residue::decode(&again, mesh, &tour, &mut budget()).expect("what was written can be read");
+    assert_eq!(Whole::new(mesh, &copy, &tour).on_lattice(lattice), assembled);
 }
 
 /// Reads `data` as correction and order of a small mesh with a residue. What is accepted can be written again, and is the same.
@@ -131,8 +132,9 @@ pub fn fuzz_exact(data: &[u8]) {
     let mut choices = Choices(data);
     let (mesh, lattice) = small_mesh(choices.below(SHAPES.len()));
     let n = choices.below(8);
-    let residue = Residue::decode(choices.bytes(n), &mesh, &mut budget()).unwrap_or_default();
-    let mut whole = residue.whole(&mesh, &Walk::new(&mesh.table, &mesh.roots));
+    let tour = Tour::new(&mesh);
+    let residue = Residue::decode(choices.bytes(n), &mesh, &tour, &mut budget()).unwrap_or_default();
+    let mut whole = Whole::new(&mesh, &residue, &tour);
     let n = choices.below(64);
     let mut assembled = whole.clone().on_lattice(&lattice);
     if let Ok(correction) = Correction::decode(choices.bytes(n), &whole, &lattice, &mut budget()) {
@@ -149,12 +151,10 @@ pub fn fuzz_exact(data: &[u8]) {
         assert!(assembled.positions.iter().flatten().all(|&x| correction.real.holds(x)));
         correction.rename(&mut whole.triangles);
     }
-    let Ok(order) =
-        Order::decode(choices.0, &mesh, &residue, &whole, assembled.positions.len(), &mut budget())
-    else {
-        return;
-    };
-    let ordered = order.apply(&assembled);
+    let count = assembled.positions.len();
+    let order = Order::decode(choices.0, &mesh, &residue, &tour.walk, &whole, count, &mut budget());
+    let Ok(order) = order else { return };
+    let ordered = order.apply(&assembled.positions);
     check_indices(&ordered);
     let corners = |mesh: &IndexedMesh| {
         let turned = |t: &[u32; 3]| {

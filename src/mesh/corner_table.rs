@@ -16,6 +16,8 @@
 use super::buckets;
 use super::index::{Corner, CornerMap, Triangle, Vertex};
 use super::prefetch::prefetch;
+use crate::error::Result;
+use crate::limits::make_room;
 
 /// A triangle mesh as the arrays V (corner to vertex), O (corner to opposite corner) and one corner a vertex.
 ///
@@ -103,11 +105,21 @@ impl CornerTable {
         vertices: CornerMap<Vertex>,
         opposites: CornerMap<Corner>,
     ) -> Self {
-        let records = vertices.0.into_iter().zip(opposites.0).map(|([a, b, c], [x, y, z])| Record {
+        let count = vertices.0.len();
+        Self::collect(vertex_count, count, vertices.0.into_iter().zip(opposites.0))
+    }
+
+    /// [`CornerTable::from_parts`], of V and O of one triangle after the other.
+    pub(crate) fn collect(
+        vertex_count: usize,
+        triangle_count: usize,
+        triangles: impl Iterator<Item = ([Vertex; 3], [Corner; 3])>,
+    ) -> Self {
+        let mut records = Vec::with_capacity(triangle_count);
+        records.extend(triangles.map(|([a, b, c], [x, y, z])| Record {
             vertices: [a, b, c, Vertex::NONE],
             opposites: [x, y, z, Corner::NONE],
-        });
-        let records: Vec<_> = records.collect();
+        }));
         let live = records.len() as u32;
         let mut table = Self { records, corners: vec![Corner::NONE; vertex_count], live };
         for t in (0..live).map(Triangle) {
@@ -404,10 +416,11 @@ impl CornerTable {
         self.corners.truncate(count);
     }
 
-    /// Makes room for so many more vertices and triangles.
-    pub(crate) fn reserve(&mut self, vertices: usize, triangles: usize) {
-        self.corners.reserve_exact(vertices);
-        self.records.reserve_exact(triangles);
+    /// Makes room for so many vertices and triangles in all.
+    pub(crate) fn make_room(&mut self, vertices: usize, triangles: usize) -> Result<()> {
+        let (v, t) = (self.corners.len(), self.records.len());
+        make_room(&mut self.corners, vertices.saturating_sub(v))?;
+        make_room(&mut self.records, triangles.saturating_sub(t))
     }
 
     /// Gives `v` its corner.

@@ -84,16 +84,6 @@ impl History {
         self.level(j).iter().rev().try_for_each(|op| op.apply(table, self.flips(op)))
     }
 
-    /// Takes back the last operation recorded: the way down of a decoder that recorded while it refined.
-    pub fn pop(&mut self) -> Option<(Operation, Vec<Vertex>)> {
-        let operation = self.operations.pop()?;
-        let flips = self.flips.split_off(operation.first_flip as usize);
-        while self.ends.last().is_some_and(|&end| end > self.operations.len()) {
-            self.ends.pop();
-        }
-        Some((operation, flips))
-    }
-
     /// Bytes held.
     pub fn memory(&self) -> usize {
         self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * size_of::<Vertex>()
@@ -129,8 +119,6 @@ mod tests {
                 let _ = history.apply_level(&mut table, j);
                 prop_assert_eq!(table.check(), Ok(()));
             }
-            while history.pop().is_some() {}
-            prop_assert_eq!(history.level_count(), 0);
         }
     }
 }

@@ -1,6 +1,8 @@
 //! The mesh as refinement sees it: connectivity, lattice positions, root edges (spec §2).
 
 use super::Roots;
+use crate::error::Result;
+use crate::limits::make_room;
 use crate::mesh::{CornerTable, Vertex};
 
 /// A level, or any state between two levels. Vertices are numbered by birth where a decoder builds it.
@@ -23,23 +25,39 @@ impl ProgressiveMesh {
         self.positions[v.index()] = position;
     }
 
-    /// Makes room for a finer level of `next` vertices and triangles. If there is too little, all that is there has to be copied: so
-    /// there is made room for the `last` level, if it is but 16 times as large, or else for twice as much as there is. Numbers that
-    /// only a header claims take no memory.
-    pub fn reserve(&mut self, next: [usize; 2], last: [usize; 2]) {
-        let (v, t) = (self.positions.len(), self.table.slots());
-        if next[0] > self.positions.capacity() || next[1] > self.table.capacity() {
-            let more =
-                |have: usize, last: usize| if last / 16 <= have { last.saturating_sub(have) } else { have };
-            let (vertices, triangles) = (more(v, last[0]), more(t, last[1]));
-            self.positions.reserve_exact(vertices);
-            self.table.reserve(vertices, triangles);
-            self.roots.reserve(vertices);
-        }
+    /// For how many vertices and triangles there is room.
+    pub fn room(&self) -> [usize; 2] {
+        [self.positions.capacity(), self.table.capacity()]
     }
 
-    /// Bytes a vertex and its two triangles take here: two records of the corner table, the corner, the component, the position.
-    pub const BYTES_A_VERTEX: usize = 2 * 32 + 4 + 4 + 12;
+    /// For how many vertices and triangles to make room, where so many are `needed` and there is too little. All that is there has to be
+    /// copied: so room is made for as many as are `hoped` for, if they are but 16 times as many, or else for twice as many as there are.
+    /// Numbers that only a header claims take no memory. Where that is too much, there may be memory for the second answer.
+    pub fn more_room(&self, needed: [usize; 2], hoped: [usize; 2]) -> Option<[[usize; 2]; 2]> {
+        let (have, room) = ([self.positions.len(), self.table.slots()], self.room());
+        if needed[0] <= room[0] && needed[1] <= room[1] {
+            return None;
+        }
+        let most = |k: usize| if hoped[k] / 16 <= have[k] { hoped[k] } else { 2 * have[k] };
+        let least = [needed[0].max(room[0]), needed[1].max(room[1])];
+        Some([[least[0].max(most(0)), least[1].max(most(1))], least])
+    }
+
+    /// Makes room for so many vertices and triangles in all.
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) where the system has not so much.
+    pub fn make_room(&mut self, [vertices, triangles]: [usize; 2]) -> Result<()> {
+        let more = vertices.saturating_sub(self.positions.len());
+        make_room(&mut self.positions, more)?;
+        self.table.make_room(vertices, triangles)?;
+        self.roots.make_room(vertices)
+    }
+
+    /// Bytes that room for so many vertices and triangles takes: the position, the corner, the component; the record.
+    pub fn bytes([vertices, triangles]: [usize; 2]) -> usize {
+        vertices * (12 + 4 + 4) + triangles * 32
+    }
 }
 
 /// The full-scale coordinate of the middle of cell `x` of side 2^`s`.

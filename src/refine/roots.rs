@@ -1,5 +1,7 @@
 //! The root edge of each component, where every walk starts (spec §4.1).
 
+use crate::error::Result;
+use crate::limits::make_room;
 use crate::mesh::{Corner, CornerTable, Vertex};
 
 /// One directed edge u→w with a triangle on its left for each component, in the order the base fixed.
@@ -92,11 +94,10 @@ impl Roots {
         }
     }
 
-    /// Makes room for so many more vertices.
-    pub(super) fn reserve(&mut self, vertices: usize) {
-        if self.edges.len() > 1 {
-            self.component.reserve_exact(vertices);
-        }
+    /// Makes room for so many vertices in all.
+    pub(super) fn make_room(&mut self, vertices: usize) -> Result<()> {
+        let more = if self.edges.len() > 1 { vertices.saturating_sub(self.component.len()) } else { 0 };
+        make_room(&mut self.component, more)
     }
 
     /// Puts root edges back, as they were before some operations were undone or carried out again.

@@ -19,6 +19,7 @@ pub use covering::LevelError;
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
+use crate::limits::max_walked;
 use crate::mesh::random::SplitMix64;
 use crate::mesh::{CornerTable, Lattice};
 use crate::refine::History;
@@ -138,7 +139,10 @@ pub fn simplify(
     measure(&mut remover);
     let mut rows = Rows { next: if options.parity { 0 } else { ROWS } };
     let mut budget = options.level_budget;
-    while remover.vertices > target {
+    // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
+    let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
+    let mut walked = 0;
+    while remover.vertices > target && walked + remover.table.triangle_count() as u64 <= allowed {
         let share = (remover.vertices as f64 * options.level_share) as usize;
         let quota = share.max(1).min(remover.vertices - target);
         let (pattern, class) = rows.next_level(&mut remover);
@@ -147,6 +151,7 @@ pub fn simplify(
         level::remove_level(&mut remover, allowance, options, &mut random, &mut report)?;
         if remover.history.end_level() {
             budget = options.level_budget;
+            walked += remover.table.triangle_count() as u64;
             measure(&mut remover);
         } else if budget < 1.0 || class.is_some() {
             // None of the cheap ones could be removed, but another may.

@@ -1,7 +1,8 @@
 //! The mesh as it is drawn: the decoder's, at level 0 with what the residue adds, and its normals.
 
-use crate::codec::residue::{Extra, Residue};
+use crate::codec::residue::Residue;
 use crate::codec::walk::Walk;
+use crate::codec::whole::Extra;
 use crate::mesh::{Lattice, Triangle, Vertex};
 use crate::refine::ProgressiveMesh;
 use std::collections::BTreeMap;

@@ -1,6 +1,7 @@
 //! `encode --exact` and `--keep-order`, and what the other commands make of such files.
 
 use super::{Folder, triangles};
+use unweld::container::parse_contents;
 use unweld::formats::{Precision, write_ply};
 use unweld::mesh::{IndexedMesh, shapes};
 
@@ -168,4 +169,22 @@ fn coarser_levels_and_prefixes_are_as_without() {
     );
     folder.run("decode plain.uwm -o plain.ply -q").succeeded();
     assert_eq!(triangles(&folder.read("all.ply")), triangles(&folder.read("plain.ply")));
+}
+
+#[test]
+fn info_decodes_nothing_it_need_not() {
+    let folder = Folder::new();
+    folder.write("in.ply", ply(&mesh(), Precision::Float32));
+    folder.run("encode in.ply -o all.uwm --exact --keep-order -q").succeeded();
+    let mut file = folder.bytes("all.uwm");
+    let contents = parse_contents(&file).unwrap().unwrap();
+    assert!(!contents.residue().is_empty(), "it takes the mesh to count what the residue holds");
+    for atoms in [contents.correction(), contents.order()] {
+        file[contents.bytes(atoms).start as usize] ^= 1;
+    }
+    folder.write("damaged.uwm", file);
+    let whole = folder.run("info all.uwm").succeeded();
+    let damaged = folder.run("info damaged.uwm").succeeded();
+    assert_eq!(damaged.text().replace("damaged", "all"), whole.text());
+    assert_eq!(folder.run("decode damaged.uwm -o out.ply").code, 1);
 }

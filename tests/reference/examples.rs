@@ -5,7 +5,8 @@ use unweld::codec::correction::Correction;
 use unweld::codec::grid::{Grid, Real};
 use unweld::codec::order::Order;
 use unweld::codec::residue::Residue;
-use unweld::codec::walk::Walk;
+use unweld::codec::walk::Tour;
+use unweld::codec::whole::Whole;
 use unweld::decoder::{self, decode};
 
 use super::agree::agree;
@@ -245,8 +246,8 @@ fn the_square_exactly_and_in_order() {
 
     let square = decode(&file(vec![]), decoder::Options::default()).unwrap();
     let (mesh, lattice) = (square.mesh(), square.contents().unwrap().header.lattice);
-    let residue = Residue::default();
-    let whole = residue.whole(mesh, &Walk::new(&mesh.table, &mesh.roots));
+    let (residue, tour) = (Residue::default(), Tour::new(mesh));
+    let whole = Whole::new(mesh, &residue, &tour);
     let all = Grid::Binary { dropped: 0 };
     let grids = [
         vec![Grid::Decimal { digits: 4, places: 3 }],
@@ -262,7 +263,7 @@ fn the_square_exactly_and_in_order() {
 
     // D, A, B, C and A once more; the second triangle first, with the other A.
     let told = Order { vertices: vec![3, 0, 1, 2, 0], triangles: vec![[4, 3, 0], [1, 2, 3]] };
-    assert_eq!(told.encode(mesh, &residue, &whole, 4, &[(1, 1), (0, 1)]).unwrap(), order);
+    assert_eq!(told.encode(mesh, &residue, &tour.walk, &whole, 4, &[(1, 1), (0, 1)]).unwrap(), order);
     let both = vec![atom(CORRECTION, 0, 0, 0, &correction), atom(ORDER, 0, 0, 0, &order)];
     let ordered = agree(&file(both)).unwrap().whole;
     assert_eq!(bits(&ordered.positions), bits(&[3, 0, 1, 2, 0].map(|v| positions[v])));

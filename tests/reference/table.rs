@@ -21,6 +21,11 @@ pub fn read_levels(table: &mut Fields, n: usize, vb: u64, tb: u64, bits: u32) ->
         levels.push(Level { vertices, triangles, shift, max_error, rms_error });
     }
     levels.reverse();
+    let triangles = |levels: &[Level]| levels.iter().map(|level| level.triangles).sum::<u64>();
+    demand(
+        triangles(&levels[1..]) <= (1 << 24) + 32 * triangles(&levels[..1]),
+        "3.6: triangles of all levels",
+    )?;
     Ok(levels)
 }
 

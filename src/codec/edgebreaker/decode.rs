@@ -15,6 +15,8 @@ pub struct Connectivity {
     pub table: CornerTable,
     /// One root edge for each component, in the order of the writer's.
     pub roots: Roots,
+    /// Bytes debited for reading it, which are enough to number it anew; to be given back then.
+    pub held: usize,
 }
 
 /// Why a connectivity payload cannot be read.
@@ -34,7 +36,7 @@ pub enum ConnectivityError {
     Mesh(String),
     /// A limit was reached.
     #[error("{0}")]
-    Limit(crate::error::Error),
+    Limit(#[from] crate::error::Error),
 }
 
 /// Reads the connectivity of a mesh of `triangles` triangles and `boundary` boundary edges.
@@ -58,8 +60,8 @@ pub fn decode<C: BitCoder>(
     for number in 0..total {
         if number.is_multiple_of(CHUNK) {
             let chunk = CHUNK.min(total - number);
-            budget.take_memory(chunk, BYTES_A_TRIANGLE).map_err(ConnectivityError::Limit)?;
-            budget.take_work(chunk as u64).map_err(ConnectivityError::Limit)?;
+            budget.take_memory(chunk, BYTES_A_TRIANGLE)?;
+            budget.take_work(chunk as u64)?;
         }
         let symbol = match builder.context() {
             Some((count, last)) => models.symbol(coder, count, last, None),
@@ -69,15 +71,16 @@ pub fn decode<C: BitCoder>(
         builder.add(symbol, handle).ok_or(ConnectivityError::Symbol(number))?;
         coder.check()?;
     }
-    let result = builder.finish(&mut models, coder, boundary);
-    budget.give_memory(total, BYTES_A_TRIANGLE);
-    result
+    let (table, roots) = builder.finish(&mut models, coder, boundary)?;
+    Ok(Connectivity { table, roots, held: total * BYTES_A_TRIANGLE })
 }
 
 /// Triangles that the budget is debited for at a time.
 const CHUNK: usize = 1 << 12;
-/// Per corner while building: opposite, next, previous and the count; when naming vertices: orbit, V and O; and a place a triangle.
-const BYTES_A_TRIANGLE: usize = 3 * (13 + 12) + 4;
+/// While building, per corner opposite, next, previous and the count, in lists of which one has just been copied to another twice as long;
+/// per triangle a place on the stack and among the first ones, alike. It is no less than what comes after: numbers of vertices and two
+/// tables with their walk.
+const BYTES_A_TRIANGLE: usize = 2 * 3 * 13 + 12 + 2 * 12;
 
 /// The surface so far, in reading order, bounded by loops of open edges. An edge is named by the corner opposite to it.
 #[derive(Debug, Default)]
@@ -214,18 +217,51 @@ impl Builder {
         models: &mut Models,
         coder: &mut C,
         boundary: u32,
-    ) -> Result<Connectivity, ConnectivityError> {
+    ) -> Result<(CornerTable, Roots), ConnectivityError> {
         if self.open > 0 {
             return Err(ConnectivityError::Open);
         }
         let Self { opposites, starts, next, prev, counts, .. } = self;
         drop((next, prev, counts)); // Their memory is needed.
+        let closed = Closed::read(opposites, &starts, models, coder, boundary)?;
+        let kept = closed.without_caps(boundary)?;
+        let table = closed.table(&kept, boundary)?;
+        let mut edges = Vec::with_capacity(starts.len());
+        for &start in starts.iter().rev() {
+            let start = kept.corner(start);
+            if start.is_none() {
+                return Err(ConnectivityError::Mesh("a component begins with a cap".into()));
+            }
+            edges.push(table.edge(start));
+        }
+        let roots = Roots::new(&table, edges);
+        Ok((table, roots))
+    }
+}
+
+/// The closed surface: its vertices have names, and some of them are caps.
+struct Closed {
+    opposites: CornerMap<Corner>,
+    /// The vertex at each corner; by number, in the order of the writer.
+    orbit: CornerMap<Vertex>,
+    /// For each vertex whether it is the tip of a cap.
+    caps: Vec<bool>,
+}
+
+impl Closed {
+    /// Goes round each vertex, and reads where it may be a cap whether it is one. The writer's order is the reader's backwards.
+    fn read<C: BitCoder>(
+        opposites: CornerMap<Corner>,
+        starts: &[Corner],
+        models: &mut Models,
+        coder: &mut C,
+        boundary: u32,
+    ) -> Result<Self, ConnectivityError> {
         let triangles = opposites.0.len();
         let mut is_first: BitVec = BitVec::repeat(false, triangles);
-        for start in &starts {
+        for start in starts {
             is_first.set(start.triangle().index(), true);
         }
-        // The writer's order is the reader's backwards.
         let mut orbit = CornerMap::new(Vertex::NONE, triangles);
         let mut caps = Vec::new();
         for c in (0..triangles as u32).rev().flat_map(|t| Triangle(t).corners()) {
@@ -247,56 +283,67 @@ impl Builder {
             caps.push(!settled && models.is_cap(coder, valence, false));
             coder.check()?;
         }
-        let is_cap = |t: usize| orbit.0[t].iter().any(|v| caps[v.index()]);
-        let mut place = vec![Triangle::NONE; triangles];
-        let mut kept = 0;
+        Ok(Self { opposites, orbit, caps })
+    }
+
+    /// The triangles that are of no cap, in the writer's order.
+    fn without_caps(&self, boundary: u32) -> Result<Kept, ConnectivityError> {
+        let triangles = self.opposites.0.len();
+        let is_cap = |t: usize| self.orbit.0[t].iter().any(|v| self.caps[v.index()]);
+        let mut kept = Kept { place: vec![Triangle::NONE; triangles], count: 0 };
         for t in (0..triangles).rev().filter(|&t| !is_cap(t)) {
-            place[t] = Triangle(kept);
-            kept += 1;
+            kept.place[t] = Triangle(kept.count);
+            kept.count += 1;
         }
-        if triangles - kept as usize != boundary as usize {
+        match triangles - kept.count as usize {
+            edges if edges == boundary as usize => Ok(kept),
+            edges => Err(ConnectivityError::Mesh(format!("{edges} boundary edges instead of {boundary}"))),
+        }
+    }
+
+    /// The table of the triangles kept, their vertices named in the order in which they are met; checked.
+    fn table(self, kept: &Kept, boundary: u32) -> Result<CornerTable, ConnectivityError> {
+        let order = || (0..kept.place.len()).rev().filter(|&t| kept.place[t].is_some());
+        // Caps that touch each other, or a cap that is no disc, would leave other boundary edges than these, and perhaps pieces
+        // that no root edge leads to.
+        let open = || order().flat_map(|t| self.opposites.0[t]).filter(|&c| kept.corner(c).is_none()).count();
+        let open = if boundary > 0 { open() } else { 0 };
+        if open != boundary as usize {
             return Err(ConnectivityError::Mesh(format!(
-                "{} boundary edges instead of {boundary}",
-                triangles - kept as usize
+                "caps leave {open} boundary edges instead of {boundary}"
             )));
         }
-        let moved = |c: Corner| {
-            let place = place[c.triangle().index()];
-            if place.is_none() { Corner::NONE } else { place.corner(c.place() as u32) }
-        };
-        let mut names = vec![Vertex::NONE; caps.len()];
+        let mut names = vec![Vertex::NONE; self.caps.len()];
         let mut named = 0;
-        let (mut v, mut o) = (Vec::with_capacity(kept as usize), Vec::with_capacity(kept as usize));
-        for t in (0..triangles).rev().filter(|&t| place[t].is_some()) {
-            v.push(orbit.0[t].map(|v| {
+        let triangles = order().map(|t| {
+            let vertices = self.orbit.0[t].map(|v| {
                 let name = &mut names[v.index()];
                 if name.is_none() {
                     *name = Vertex(named);
                     named += 1;
                 }
                 *name
-            }));
-            o.push(opposites.0[t].map(moved));
-        }
-        // Caps that touch each other, or a cap that is no disc, would leave other boundary edges than these, and perhaps pieces
-        // that no root edge leads to.
-        let open = o.iter().flatten().filter(|o| o.is_none()).count();
-        if open != boundary as usize {
-            return Err(ConnectivityError::Mesh(format!(
-                "caps leave {open} boundary edges instead of {boundary}"
-            )));
-        }
-        let table = CornerTable::from_parts(named as usize, CornerMap(v), CornerMap(o));
+            });
+            (vertices, self.opposites.0[t].map(|c| kept.corner(c)))
+        });
+        let mut table = CornerTable::collect(self.caps.len(), kept.count as usize, triangles);
+        table.truncate_vertices(named as usize);
+        drop(self);
         table.check().map_err(|e| ConnectivityError::Mesh(e.to_string()))?;
-        let mut edges = Vec::with_capacity(starts.len());
-        for &start in starts.iter().rev() {
-            let start = moved(start);
-            if start.is_none() {
-                return Err(ConnectivityError::Mesh("a component begins with a cap".into()));
-            }
-            edges.push(table.edge(start));
-        }
-        let roots = Roots::new(&table, edges);
-        Ok(Connectivity { table, roots })
+        Ok(table)
+    }
+}
+
+/// Where triangles of the closed surface are once the caps are taken away.
+struct Kept {
+    /// By triangle; `NONE` for those of caps.
+    place: Vec<Triangle>,
+    count: u32,
+}
+
+impl Kept {
+    fn corner(&self, c: Corner) -> Corner {
+        let place = self.place[c.triangle().index()];
+        if place.is_none() { Corner::NONE } else { place.corner(c.place() as u32) }
     }
 }

@@ -1,6 +1,6 @@
 //! The star of a new vertex: the split of an edge, the flips of its link edges, what the triangles round it are told (spec §5.3).
 
-use super::{Answers, LevelPass, MAX_STAR, RefinementError, STAR, Under};
+use super::{Answers, CONTEXTS, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
 use crate::codec::context;
 use crate::codec::extents::{Spokes, length_squared, squares_from};
 use crate::codec::position::Surroundings;
@@ -118,14 +118,14 @@ impl LevelPass {
         let at_v = self.extents.cell(v);
         let mut head = 0;
         while head < tail {
-            let LinkEdge { corner: c, beyond: o, far: r, context } = self.queue[head & (2 * MAX_STAR - 1)];
+            let LinkEdge { corner: c, beyond: o, far: r, context } = self.queue[head & (QUEUE - 1)];
             head += 1;
             let state = self.states[o.triangle().index()];
             if state == STAR {
                 continue;
             }
             let asked = self.extents.at(r).linked != v && self.inserted.star.len() < MAX_STAR;
-            let model = &mut under.models.flip[usize::from(context) & 127];
+            let model = &mut under.models.flip[usize::from(context) & (CONTEXTS - 1)];
             if !asked || !under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
                 self.states[o.triangle().index()] = state + 1;
                 continue;
@@ -145,9 +145,9 @@ impl LevelPass {
             );
             let link_edge =
                 |corner, i: usize| LinkEdge { corner, beyond: beyond[i], far: far[i], context: contexts[i] };
-            self.queue[tail & (2 * MAX_STAR - 1)] = link_edge(c, 0);
+            self.queue[tail & (QUEUE - 1)] = link_edge(c, 0);
             tail += usize::from(beyond[0].is_some());
-            self.queue[tail & (2 * MAX_STAR - 1)] = link_edge(other, 1);
+            self.queue[tail & (QUEUE - 1)] = link_edge(other, 1);
             tail += usize::from(beyond[1].is_some());
             self.extents.part(p, q, length_squared(at_q - at_p));
             star.spokes.count(self.extents.meet(r, v, length_squared(at_r - at_v)));

@@ -1,13 +1,12 @@
 //! The topology of a manifold in four numbers.
 
 use bitvec::vec::BitVec;
-use serde::{Deserialize, Serialize};
 
 use crate::mesh::corner_table::CornerTable;
 use crate::mesh::index::Corner;
 
 /// Components, boundary and handles; simplification changes none but the number of boundary edges.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
     /// Connected components.
     pub components: usize,

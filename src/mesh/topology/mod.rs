@@ -9,7 +9,6 @@ mod complex;
 mod weld;
 
 use bitvec::vec::BitVec;
-use serde::{Deserialize, Serialize};
 
 pub use census::{Census, census};
 pub use classes::{VertexClass, classify};
@@ -60,7 +59,7 @@ pub struct Origins {
 }
 
 /// What conditioning found and did; all are numbers of things.
-#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ConditioningReport {
     /// Vertices of the input.
     pub input_vertices: usize,

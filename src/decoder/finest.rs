@@ -1,0 +1,183 @@
+//! What level 0 has beyond its mesh: residue, correction and order, and the walk that all three speak of, made once.
+
+use super::Event;
+use crate::codec::correction::Correction;
+use crate::codec::order::Order;
+use crate::codec::residue::Residue;
+use crate::codec::walk::Tour;
+use crate::codec::whole::{Whole, WholeError};
+use crate::container::AtomKind;
+use crate::error::{FormatError, Result};
+use crate::limits::Budget;
+use crate::mesh::{IndexedMesh, Lattice};
+use crate::refine::ProgressiveMesh;
+
+/// What is known of level 0 beyond its mesh.
+#[derive(Debug, Default)]
+pub struct Finest {
+    pub residue: Option<Residue>,
+    pub correction: Option<Correction>,
+    pub order: Option<Order>,
+    /// The walk of level 0, once it was needed.
+    tour: Option<Tour>,
+    /// Level 0 with its residue, its corners at the copies of the correction, once it was needed.
+    whole: Option<Whole>,
+    /// Bytes debited for these two.
+    held: usize,
+}
+
+/// Level 0 itself.
+#[derive(Clone, Copy, Debug)]
+pub struct Level0<'a> {
+    pub mesh: &'a ProgressiveMesh,
+    /// How many boundary edges it has.
+    pub boundary: usize,
+    pub lattice: &'a Lattice,
+}
+
+impl Finest {
+    /// Reads one of the three payloads, which starts at `offset` in the file.
+    ///
+    /// # Errors
+    /// [`Error::Format`](crate::Error::Format) and [`Error::Limit`](crate::Error::Limit).
+    pub fn read(
+        &mut self,
+        kind: AtomKind,
+        payload: &[u8],
+        offset: u64,
+        level0: Level0,
+        budget: &mut Budget,
+    ) -> Result<Option<Event>> {
+        let (outcome, section, event) = match kind {
+            AtomKind::Residue => (self.read_residue(payload, level0, budget), "8", Event::Residue),
+            AtomKind::Correction => (self.read_correction(payload, level0, budget), "10", Event::Correction),
+            AtomKind::Order => (self.read_order(payload, level0, budget), "11", Event::Order),
+            _ => return Ok(None),
+        };
+        match outcome {
+            Ok(()) => Ok(Some(event)),
+            Err(WholeError::Limit(limit)) => Err(limit),
+            Err(other) => Err(FormatError::new(offset, section, other.to_string()).into()),
+        }
+    }
+
+    fn read_residue(
+        &mut self,
+        payload: &[u8],
+        level0: Level0,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        self.walk(level0, budget)?;
+        let tour = self.tour.get_or_insert_default();
+        self.residue = Some(Residue::decode(payload, level0.mesh, tour, budget)?);
+        Ok(())
+    }
+
+    fn read_correction(
+        &mut self,
+        payload: &[u8],
+        level0: Level0,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        self.make_whole(level0, budget)?;
+        let whole = self.whole.get_or_insert_default();
+        let correction = Correction::decode(payload, whole, level0.lattice, budget)?;
+        correction.rename(&mut whole.triangles);
+        self.correction = Some(correction);
+        Ok(())
+    }
+
+    fn read_order(&mut self, payload: &[u8], level0: Level0, budget: &mut Budget) -> Result<(), WholeError> {
+        self.make_whole(level0, budget)?;
+        let (tour, whole) = (self.tour.get_or_insert_default(), self.whole.get_or_insert_default());
+        let (none, copies) = (Residue::default(), self.correction.as_ref().map_or(0, |c| c.copies.len()));
+        let (residue, count) = (self.residue.as_ref().unwrap_or(&none), whole.vertices.len() + copies);
+        self.order = Some(Order::decode(payload, level0.mesh, residue, &tour.walk, whole, count, budget)?);
+        Ok(())
+    }
+
+    fn walk(&mut self, level0: Level0, budget: &mut Budget) -> Result<()> {
+        if self.tour.is_none() {
+            budget.take_work(WORK_A_SLOT * level0.mesh.table.slots() as u64)?;
+            budget.hold(&mut self.held, Tour::bytes(level0.mesh, level0.boundary))?;
+            self.tour = Some(Tour::new(level0.mesh));
+        }
+        Ok(())
+    }
+
+    fn make_whole(&mut self, level0: Level0, budget: &mut Budget) -> Result<()> {
+        self.walk(level0, budget)?;
+        if let (None, Some(tour)) = (&self.whole, &self.tour) {
+            let none = Residue::default();
+            let residue = self.residue.as_ref().unwrap_or(&none);
+            budget.take_work(WORK_A_SLOT * level0.mesh.table.slots() as u64)?;
+            let more = Whole::bytes(level0.mesh, residue);
+            budget.hold(&mut self.held, Tour::bytes(level0.mesh, level0.boundary) + more)?;
+            self.whole = Some(Whole::new(level0.mesh, residue, tour));
+        }
+        Ok(())
+    }
+
+    /// Forgets what can be made again.
+    pub fn forget(&mut self, budget: &mut Budget) {
+        (self.tour, self.whole) = (None, None);
+        budget.give_memory(self.held, 1);
+        self.held = 0;
+    }
+
+    /// Level 0 with all that is known of it.
+    ///
+    /// # Errors
+    /// [`Error::Limit`](crate::Error::Limit) where it takes more memory than is left.
+    pub fn assembled(&self, level0: Level0, budget: &Budget) -> Result<IndexedMesh> {
+        let none = Residue::default();
+        let residue = self.residue.as_ref().unwrap_or(&none);
+        let mut budget = budget.clone();
+        let made;
+        let whole = match &self.whole {
+            Some(whole) => whole,
+            None => {
+                made = self.whole_of(level0, residue, &mut budget)?;
+                &made
+            }
+        };
+        let vertices = whole.vertices.len() + self.correction.as_ref().map_or(0, |c| c.copies.len());
+        // All at once: what is made one after the other is there together.
+        let ordered = self.order.as_ref().map_or(0, |order| order.vertices.len());
+        let lists =
+            (vertices + ordered) * size_of::<[f64; 3]>() + whole.triangles.len() * size_of::<[u32; 3]>();
+        budget.take_memory(lists, 1)?;
+        let positions = match &self.correction {
+            Some(correction) => correction.all_positions(),
+            None => whole.positions(level0.lattice),
+        };
+        match &self.order {
+            Some(order) => Ok(order.apply(&positions)),
+            None => Ok(IndexedMesh::new(positions, whole.triangles.clone())),
+        }
+    }
+
+    fn whole_of(&self, level0: Level0, residue: &Residue, budget: &mut Budget) -> Result<Whole> {
+        let bytes = Whole::bytes(level0.mesh, residue);
+        if let Some(tour) = &self.tour {
+            budget.take_memory(bytes, 1)?;
+            return Ok(self.renamed(Whole::new(level0.mesh, residue, tour)));
+        }
+        let of_tour = Tour::bytes(level0.mesh, level0.boundary);
+        budget.take_memory(bytes + of_tour, 1)?;
+        let whole = self.renamed(Whole::new(level0.mesh, residue, &Tour::new(level0.mesh)));
+        budget.give_memory(of_tour, 1);
+        Ok(whole)
+    }
+
+    /// With its corners at the copies of the correction.
+    fn renamed(&self, mut whole: Whole) -> Whole {
+        if let Some(correction) = &self.correction {
+            correction.rename(&mut whole.triangles);
+        }
+        whole
+    }
+}
+
+/// Units of work for a triangle to be walked over, and to be named.
+pub const WORK_A_SLOT: u64 = 4;

@@ -26,7 +26,7 @@ impl Description {
         let sewn = self.residue.grouped_vertices - self.residue.groups;
         let welded =
             u64::from(self.contents.header.vertices) + self.residue.extra_vertices as u64 - sewn as u64;
-        if self.is_exact() { welded + self.told("zero_copies") } else { welded }
+        if self.is_exact() { welded + self.told("copies") } else { welded }
     }
 
     /// Triangles that a full decode gives.

@@ -49,7 +49,7 @@ pub struct ResidueCounts {
 }
 
 /// Largest magnitude of a lattice coordinate outside the cube.
-pub const MAX_OUTSIDE: i32 = (1 << 30) - 1;
+pub const MAX_OUTSIDE: i32 = Lattice::MAX_OUTSIDE;
 const NONE: u32 = u32::MAX;
 
 /// Why a residue, a correction or an order cannot be read.

@@ -5,6 +5,7 @@ use crate::codec::keyframe::Written;
 use crate::codec::residue::ResidueCounts;
 use crate::container::Contents;
 use crate::mesh::topology::{Conditioned, ConditioningReport};
+use crate::mesh::{IndexedMesh, Lattice};
 use crate::simplify::{self, LevelError, Simplified};
 
 /// Seconds by stage.
@@ -35,6 +36,34 @@ pub struct KeyframeBits {
     pub positions: f64,
 }
 
+/// Vertices that are nearly one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Joined {
+    /// How far a vertex is from the one that stands for it, at most.
+    pub distance: f64,
+    /// Parts of the surface that share no vertex, as it was welded.
+    pub parts: usize,
+    /// What the parts would be if vertices on the same lattice point were one.
+    pub lattice_parts: usize,
+}
+
+impl Joined {
+    pub(super) fn new(mesh: &IndexedMesh, conditioned: &Conditioned, lattice: &Lattice) -> Self {
+        let mut distance = 0.0f64;
+        if conditioned.report.joined_vertices > 0 {
+            for (p, &v) in mesh.positions.iter().zip(&conditioned.origins.same) {
+                let q = mesh.positions[v as usize];
+                distance = distance.max((p[0] - q[0]).hypot(p[1] - q[1]).hypot(p[2] - q[2]));
+            }
+        }
+        // Where all is one piece, nothing can be joined.
+        let whole = conditioned.report.census.components < 2;
+        let parts =
+            |lattice| if whole { conditioned.report.census.components } else { conditioned.parts(lattice) };
+        Self { distance, parts: parts(None), lattice_parts: parts(Some(lattice)) }
+    }
+}
+
 /// What an encoding did and what it took.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
@@ -49,6 +78,10 @@ pub struct Report {
     pub errors: Vec<LevelError>,
     /// Vertices that had to stay: copies of cut vertices, and the boundary where it was locked.
     pub locked_vertices: usize,
+    /// Vertices that are nearly one.
+    pub joined: Joined,
+    /// Whether the lattice's points are multiples of its step without any rounding: [`Lattice::is_exact`].
+    pub lattice_is_exact: bool,
     /// What the residue holds.
     pub residue: ResidueCounts,
     /// Bytes of the file.
@@ -127,5 +160,8 @@ pub fn conditioning_counts(report: &ConditioningReport) -> Vec<(String, u64)> {
         ("boundary_edges", report.census.boundary_edges),
         ("handles", report.census.handles),
     ];
-    counts.into_iter().map(|(name, count)| (name.to_owned(), count as u64)).collect()
+    // Most files have nothing to say of it.
+    let joined = Some(("joined_vertices", report.joined_vertices)).filter(|&(_, count)| count > 0);
+    let counts = counts.into_iter().chain(joined);
+    counts.map(|(name, count)| (name.to_owned(), count as u64)).collect()
 }

@@ -270,8 +270,9 @@ struct LevelLine {
 }
 
 /// What conditioning found: its name in the metadata, in words, and what was done.
-const FINDINGS: [(&str, &str, &str); 8] = [
+const FINDINGS: [(&str, &str, &str); 9] = [
     ("welded_vertices", "repeated vertex", " (welded)"),
+    ("joined_vertices", "nearly equal vertex", " (joined)"),
     ("isolated_vertices", "isolated vertex", ""),
     ("degenerate_triangles", "degenerate triangle", ""),
     ("repeated_triangles", "repeated triangle", ""),

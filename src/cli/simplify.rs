@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Mesh { source, level } = Mesh::read(&args.input, args.level, args.max_memory, &mut progress)?;
     let read = start.elapsed().as_secs_f64();
     let limit = args.goal.limit(&source.mesh);
-    let conditioned = condition(&source.mesh, args.simplification.weld());
+    let conditioned = condition(&source.mesh, args.simplification.weld);
     let conditioning = start.elapsed().as_secs_f64() - read;
     let mesh =
         simplified(&source.mesh, &conditioned, limit, args, &mut progress).with_context(|| name.clone())?;
@@ -98,6 +98,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let distance = distance(&source.mesh, &mesh, SAMPLES);
     let mut warnings: Vec<String> = level.and_then(|level| level.lost).into_iter().collect();
     warnings.extend(limit.missed(&mesh, distance));
+    let joined = conditioned.report.joined_vertices;
     warnings.extend(format.losses(&mesh, None).into_iter().map(|loss| format!("{}: {loss}", output.name)));
     if args.json {
         let (max, rms) = (distance.map(|d| d.max), distance.map(|d| d.rms));
@@ -110,6 +111,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "max_error_percent": max.and_then(|x| percent(x, diagonal)),
             "rms_error_percent": rms.and_then(|x| percent(x, diagonal)),
             "dropped": dropped,
+            "joined_vertices": joined,
             "warnings": warnings,
             "seconds": { "read": read, "condition": conditioning, "simplify": simplifying },
         });
@@ -133,6 +135,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(d) = distance {
         let (max, rms) = (of_diagonal(d.max, diagonal), of_diagonal(d.rms, diagonal));
         text += &format!("  {:<11}max {max}, rms {rms}\n", "error");
+    }
+    if joined > 0 {
+        text += &format!(
+            "  {:<11}{} with others that are nearly equal\n",
+            "joined",
+            count(joined as u64, "vertex")
+        );
     }
     if !dropped.is_empty() {
         text += &format!("  {:<11}{}\n", "dropped", dropped.join(", "));

@@ -45,7 +45,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let checked = checked.and_then(|mesh| match &args.original {
         Some(original) => {
             let source = input::read(original)?;
-            compare(&uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
+            compare(&mut uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
         }
         None => Ok(()),
     });

@@ -206,7 +206,7 @@ mod tests {
     fn what_is_lost_decides_at_the_middle() {
         let (half, little) = (0.5f64, 2f64.powi(-60));
         // From a far origin all three look the same.
-        for (x, point) in [(half, 1.0), (half - little * 16.0, 0.0), (half + little * 64.0, 1.0)] {
+        for (x, point) in [(half, 1.0), (half - little * 64.0, 0.0), (half + little * 128.0, 1.0)] {
             assert_eq!(nearest(x, 0.0, 1.0), point, "{x}");
             assert_eq!(nearest(x, -4096.0, 1.0), point + 4096.0, "{x}");
             assert_eq!(nearest(x, 4096.0, 1.0), point - 4096.0, "{x}");

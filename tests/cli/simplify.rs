@@ -165,6 +165,24 @@ fn what_cannot_be_reached_is_told() {
 }
 
 #[test]
+fn nearly_equal_vertices_can_be_joined() {
+    // A grid of two squares that do not quite meet: apart, no vertex can go.
+    let folder = Folder::new();
+    folder.write(
+        "m.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.0001 0 0\nv 2 0 0\nv 2 1 0\nv 1.0001 1 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n",
+    );
+    let joined = |weld: &str| {
+        let json = folder.run(&format!("simplify m.obj -o out.ply --faces 4 --weld {weld} --json")).json();
+        (json["joined_vertices"].as_u64().unwrap(), json["vertices"].as_u64().unwrap())
+    };
+    // The two pairs are 0.0001 apart.
+    assert_eq!([joined("exact"), joined("0.001"), joined("0.00005")], [(0, 8), (2, 6), (0, 8)]);
+    let run = folder.run("simplify m.obj -o out.ply --faces 4 --weld 0.001").succeeded();
+    assert!(run.text().contains("joined     2 vertices with others"), "{}", run.text());
+}
+
+#[test]
 fn to_standard_output() {
     let folder = Folder::with_sphere();
     let run = folder.run("simplify sphere.ply -o - --faces 200 --quiet").succeeded();

@@ -98,7 +98,10 @@ fn the_json_of_info_and_encode() {
         assert_eq!(encoded[key], info[key], "{key}");
     }
     let further: Vec<&str> = keys(&encoded).into_iter().filter(|key| info.get(key).is_none()).collect();
-    assert_eq!(further, ["bits", "bits_per_vertex", "locked_vertices", "peak_bytes", "seconds", "warnings"]);
+    assert_eq!(
+        further,
+        ["bits", "bits_per_vertex", "joined", "locked_vertices", "peak_bytes", "seconds", "warnings"]
+    );
     assert_eq!(keys(&encoded["seconds"]), ["code", "condition", "read", "simplify", "write"]);
     let bits = ["base", "connectivity", "correction", "geometry", "keyframes", "order", "other", "residue"];
     assert_eq!(keys(&encoded["bits"]), bits);
@@ -183,6 +186,8 @@ fn nearly_equal_vertices_are_told_and_joined() {
         assert_eq!(json["input"]["conditioning"]["joined_vertices"], 3000);
         assert!(json["joined"]["max_distance"].as_f64().unwrap() <= 3600.0 * 1e-12 * 2.0);
         assert_eq!(json["vertices"], 600);
+        folder.run("verify m.uwm m.ply -q").succeeded();
+        folder.run(&format!("encode m.ply -o m.uwm --weld {weld} --keep-order -q")).succeeded();
         folder.run("verify m.uwm m.ply -q").succeeded();
         let run = folder.run(&format!("encode m.ply -o m.uwm --base-vertices 100 --weld {weld}")).succeeded();
         assert!(run.text().contains("3,000 nearly equal vertices (joined)"), "{}", run.text());

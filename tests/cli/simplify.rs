@@ -36,6 +36,7 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
     let expected = [
         "dropped",
         "input",
+        "joined_vertices",
         "max_error",
         "max_error_percent",
         "rms_error",

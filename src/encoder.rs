@@ -132,6 +132,7 @@ impl<'a> Encoder<'a> {
         let locked_vertices = locked.count_ones();
         let joined = Joined::new(mesh, &conditioned, &lattice);
         let mut simplified = self.simplify(&mut conditioned, locked, &lattice)?;
+        joined.add_to(&mut simplified.errors);
         let simplifying = start.elapsed() - conditioning;
 
         let positions = std::mem::take(&mut conditioned.positions);

@@ -218,7 +218,10 @@ fn what_is_joined_is_in_one_place() {
         };
         let most = (0..same.len()).map(apart).fold(0.0, f64::max);
         assert!(most > 0.0 && (report.joined.distance - most).abs() < 1e-12, "{most}");
+        // The error of level 0 in the table holds for every vertex of the input: of its own a level 0 has but half a step an axis.
         let decoded = decoder::decode(&file, decoder::Options::default()).unwrap();
+        let told = decoded.contents().unwrap().levels[0].max_error;
+        assert!(told >= most && told <= most + lattice.step * 0.75f64.sqrt() * 1.001, "{told} for {most}");
         let told = decoded.metadata().unwrap();
         assert!(told.settings.contains(&("weld".to_owned(), weld.to_string())), "{:?}", told.settings);
         assert!(told.conditioning.iter().any(|(name, n)| name == "joined_vertices" && *n > 0));
@@ -408,7 +411,9 @@ fn impossible_lattices_are_refused() {
         said.contains("lattice steps of") && said.contains("more than 24 bits a coordinate hold: a step of"),
         "{said}"
     );
-    assert!(given(1.0, [1e300, 0.0, 0.0]).contains("more than 2^48 steps of 1"));
+    assert!(given(1.0, [1e300, 0.0, 0.0]).contains("more than 2^48 lattice steps of 1 from"));
+    // Smaller than any number that divides the extent.
+    assert!(given(5e-324, [0.0; 3]).contains("more than 2^48 lattice steps of"));
     // The step that is named does.
     let enough: f64 =
         said.rsplit_once("a step of ").unwrap().1.strip_suffix(" would do").unwrap().parse().unwrap();

@@ -155,6 +155,9 @@ impl Correction {
         let mut last = Copied::default();
         for k in 0..count as usize {
             spend(budget, k)?;
+            if k.is_multiple_of(1024) {
+                budget.take_memory(1024, BYTES_OF_A_COPY).map_err(ResidueError::Limit)?;
+            }
             let truth = known.0.get(k).copied().unwrap_or_default();
             let step = steps.unsigned(coder, || truth.vertex - last.vertex)?;
             let v = last.vertex.checked_add(step).ok_or_else(fault)?;
@@ -193,6 +196,7 @@ impl Correction {
             }
             coder.check()?;
         }
+        budget.give_memory((count as usize).next_multiple_of(1024), BYTES_OF_A_COPY);
         Ok(())
     }
 }
@@ -374,5 +378,7 @@ fn place(_: &Points, _: Real, _: f64, _: i64, _: u64) -> Option<(u64, i32)> {
     None
 }
 
+/// What a copy takes until all corners are read, beyond itself: its place among those of its vertex.
+const BYTES_OF_A_COPY: usize = 48;
 /// What a vertex leaves in the memory of the axes, at most, until all vertices are read.
 const BYTES_SEEN: usize = 3 * 48;

@@ -84,7 +84,7 @@ pub enum LatticeChoice {
     Given {
         /// The distance of neighbouring points: finite, above 0.
         step: f64,
-        /// Any of the points; finite. [`Lattice::part`] has what the file says.
+        /// Any of the points; finite. The file has another one, near the mesh, as its origin ([`Lattice::part`]).
         origin: [f64; 3],
     },
 }

@@ -39,8 +39,10 @@ pub struct KeyframeBits {
 /// Vertices that are nearly one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Joined {
-    /// How far a vertex is from the one that stands for it, at most.
+    /// How far a vertex is from the one that stands for it, at most; each level's errors include it.
     pub distance: f64,
+    /// Root of the mean squared distance, of all vertices.
+    pub rms_distance: f64,
     /// Parts of the surface that share no vertex, as it was welded.
     pub parts: usize,
     /// What the parts would be if vertices on the same lattice point were one.
@@ -49,18 +51,29 @@ pub struct Joined {
 
 impl Joined {
     pub(super) fn new(mesh: &IndexedMesh, conditioned: &Conditioned, lattice: &Lattice) -> Self {
-        let mut distance = 0.0f64;
+        let (mut distance, mut squares) = (0.0f64, 0.0);
         if conditioned.report.joined_vertices > 0 {
             for (p, &v) in mesh.positions.iter().zip(&conditioned.origins.same) {
                 let q = mesh.positions[v as usize];
-                distance = distance.max((p[0] - q[0]).hypot(p[1] - q[1]).hypot(p[2] - q[2]));
+                let apart = (p[0] - q[0]).hypot(p[1] - q[1]).hypot(p[2] - q[2]);
+                distance = distance.max(apart);
+                squares += apart * apart;
             }
         }
+        let rms_distance = (squares / mesh.positions.len().max(1) as f64).sqrt().min(distance);
         // Where all is one piece, nothing can be joined.
         let whole = conditioned.report.census.components < 2;
         let parts =
             |lattice| if whole { conditioned.report.census.components } else { conditioned.parts(lattice) };
-        Self { distance, parts: parts(None), lattice_parts: parts(Some(lattice)) }
+        Self { distance, rms_distance, parts: parts(None), lattice_parts: parts(Some(lattice)) }
+    }
+
+    /// The levels stand for vertices that stand for others: those are as much further away.
+    pub(super) fn add_to(&self, errors: &mut [LevelError]) {
+        for error in errors {
+            error.max += self.distance;
+            error.rms += self.rms_distance;
+        }
     }
 }
 

@@ -50,14 +50,16 @@ impl Lattice {
     /// [`Error::Parameter`] where it takes more than [`Lattice::MAX_BITS`], or lies too far from `origin` for its step.
     pub fn part(step: f64, origin: [f64; 3], min: [f64; 3], max: [f64; 3]) -> Result<Self> {
         let first: [f64; 3] = std::array::from_fn(|k| nearest(min[k], origin[k], step));
-        if let Some(k) = (0..3).find(|&k| !(first[k].abs() <= MAX_STEPS)) {
+        let own = std::array::from_fn(|k| origin[k] + first[k] * step);
+        let last: [f64; 3] = std::array::from_fn(|k| nearest(max[k], own[k], step));
+        let is_near = |k: usize| first[k].abs() <= MAX_STEPS && last[k].abs() <= MAX_STEPS;
+        if let Some(k) = (0..3).find(|&k| !is_near(k)) {
             return Err(Error::Parameter(format!(
-                "from the lattice's origin, {}, it is more than 2^48 steps of {step} to the mesh, at {}",
-                origin[k], min[k]
+                "the mesh reaches from {} to {}, more than 2^48 lattice steps of {step} from the lattice's origin at {}",
+                min[k], max[k], origin[k]
             )));
         }
-        let own = std::array::from_fn(|k| origin[k] + first[k] * step);
-        let steps = (0..3).map(|k| nearest(max[k], own[k], step)).fold(0.0, f64::max);
+        let steps = last.into_iter().fold(0.0, f64::max);
         let most = |bits: u32| f64::from((1u32 << bits) - 1);
         let fitting = (Self::MIN_BITS..=Self::MAX_BITS).find(|&bits| steps <= most(bits));
         fitting.map(|bits| Self { origin: own, step, bits }).ok_or_else(|| {
@@ -198,7 +200,7 @@ mod tests {
             "{said}"
         );
         let said = Lattice::part(1e-9, [0.0; 3], [1e9; 3], [1e9; 3]).unwrap_err().to_string();
-        assert!(said.contains("more than 2^48 steps"), "{said}");
+        assert!(said.contains("more than 2^48 lattice steps of 0.000000001"), "{said}");
         assert!(!Lattice::part(0.1, [0.0; 3], [0.0; 3], [1.0; 3]).unwrap().is_exact());
     }
 

@@ -1,7 +1,6 @@
 //! Arguments that choose the lattice, and what there is to say of it.
 
 use super::args::Preview;
-use super::numbers::significant;
 use unweld::encoder::{LatticeChoice, Options, Report};
 use unweld::mesh::Lattice;
 
@@ -77,10 +76,10 @@ impl Choice {
     }
 }
 
-/// The largest power of two that is not above `step`; lengths, not bytes: as short as it can be told.
+/// The largest power of two that is not above `step`, which is a normal number, as short as it can be told.
 fn power_of_two(step: f64) -> String {
     let power = f64::from_bits(step.to_bits() >> 52 << 52);
-    if power >= 1e-5 { power.to_string() } else { format!("2^{}", significant(power.log2(), 3)) }
+    if power >= 1e-5 { power.to_string() } else { format!("2^{:.0}", power.log2()) }
 }
 
 /// `14` or `auto:0.001`.

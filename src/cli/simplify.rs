@@ -6,11 +6,12 @@ use super::input::{self, Mesh};
 use super::numbers::{count, grouped, of_diagonal, percent, significant};
 use super::output::{MeshFormat, Output, remark, say};
 use super::progress::Progress;
+use super::welding;
 use anyhow::{Context, anyhow, bail};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
-use unweld::encoder::Profile;
+use unweld::encoder::{Joined, Profile};
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::{Conditioned, condition};
 use unweld::mesh::{CornerTable, IndexedMesh, Lattice, Vertex, lattice};
@@ -99,6 +100,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut warnings: Vec<String> = level.and_then(|level| level.lost).into_iter().collect();
     warnings.extend(limit.missed(&mesh, distance));
     let joined = conditioned.report.joined_vertices;
+    if let Limit::Triangles(most) = limit
+        && mesh.triangles.len() > most
+    {
+        warnings.extend(welding::warning(&parts(&conditioned), most / 2));
+    }
     warnings.extend(format.losses(&mesh, None).into_iter().map(|loss| format!("{}: {loss}", output.name)));
     if args.json {
         let (max, rms) = (distance.map(|d| d.max), distance.map(|d| d.rms));
@@ -193,6 +199,14 @@ impl Limit {
             Self::Triangles(_) => None,
         }
     }
+}
+
+/// The parts of the mesh, as it is and as the lattice has it.
+fn parts(conditioned: &Conditioned) -> Joined {
+    let (min, max) = lattice::bounds(conditioned.positions.iter().copied()).unwrap_or_default();
+    let lattice = Lattice::over(min, max, Lattice::DEFAULT_BITS);
+    let [parts, lattice_parts] = [None, Some(&lattice)].map(|lattice| conditioned.parts(lattice));
+    Joined { parts, lattice_parts, ..Joined::default() }
 }
 
 /// Removes vertices as far as the limit allows.
@@ -371,4 +385,5 @@ EXAMPLES
   unweld simplify bunny.ply -o tenth.ply --ratio 10%
   unweld simplify bunny.ply -o near.ply --error 0.1%
   unweld simplify bunny.uwm -o coarse.obj --level 3 --faces 1000
-  unweld simplify bunny.ply -o small.obj --faces 5000 --method ffc --lock-boundary";
+  unweld simplify bunny.ply -o small.obj --faces 5000 --method ffc --lock-boundary
+  unweld simplify part.stl -o small.stl --faces 5000 --weld 0.0001";

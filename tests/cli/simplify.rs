@@ -171,14 +171,18 @@ fn nearly_equal_vertices_can_be_joined() {
     let folder = Folder::new();
     folder.write(
         "m.obj",
-        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.0001 0 0\nv 2 0 0\nv 2 1 0\nv 1.0001 1 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.00001 0 0\nv 2 0 0\nv 2 1 0\nv 1.00001 1 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n",
     );
     let joined = |weld: &str| {
         let json = folder.run(&format!("simplify m.obj -o out.ply --faces 4 --weld {weld} --json")).json();
         (json["joined_vertices"].as_u64().unwrap(), json["vertices"].as_u64().unwrap())
     };
-    // The two pairs are 0.0001 apart.
-    assert_eq!([joined("exact"), joined("0.001"), joined("0.00005")], [(0, 8), (2, 6), (0, 8)]);
+    // The two pairs are 0.00001 apart, on one point of the lattice, 8192: its step is 2 / 16383.
+    assert_eq!([joined("exact"), joined("0.001"), joined("0.000005")], [(0, 8), (2, 6), (0, 8)]);
+    // A triangle of each stays.
+    let run = folder.run("simplify m.obj -o out.ply --faces 1");
+    assert_eq!(run.code, 0);
+    assert!(run.err.contains("2 parts would be 1 if nearly equal vertices were one: --weld"), "{}", run.err);
     let run = folder.run("simplify m.obj -o out.ply --faces 4 --weld 0.001").succeeded();
     assert!(run.text().contains("joined     2 vertices with others"), "{}", run.text());
 }

@@ -55,7 +55,7 @@ impl Joined {
         if conditioned.report.joined_vertices > 0 {
             for (p, &v) in mesh.positions.iter().zip(&conditioned.origins.same) {
                 let q = mesh.positions[v as usize];
-                let apart = (p[0] - q[0]).hypot(p[1] - q[1]).hypot(p[2] - q[2]);
+                let apart = length(std::array::from_fn(|k| p[k] - q[k]));
                 distance = distance.max(apart);
                 squares += apart * apart;
             }
@@ -151,6 +151,13 @@ impl Report {
             + self.keyframe_bits;
         self.other_bits = self.bytes as f64 * 8.0 - told;
     }
+}
+
+/// The length of a vector, where its square would be too large or too small, too.
+fn length(v: [f64; 3]) -> f64 {
+    let largest = v.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    let squares: f64 = v.iter().map(|x| x / largest * (x / largest)).sum();
+    if largest > 0.0 { largest * squares.sqrt() } else { 0.0 }
 }
 
 /// The report's numbers by name, as the metadata carry them.

@@ -22,6 +22,7 @@ use std::time::Instant;
 use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
 use unweld::formats::{self, Coordinates};
+use unweld::mesh::Lattice;
 use unweld::simplify;
 
 /// Encode meshes (PLY, OBJ, STL or OFF, also gzip-compressed, or levels of .uwm files) as .uwm files

@@ -11,7 +11,7 @@ pub struct Choice {
     /// Bits a coordinate, 8 to 24; auto:STEP: the fewest whose step is at most STEP, in the units of the mesh
     #[arg(long, value_name = "N|auto:STEP", default_value = "14", value_parser = bits)]
     position_bits: Bits,
-    /// The step of a lattice that meshes share which touch, such as tiles of a map; the bits follow from the extent.
+    /// The step, above 0, of a lattice that meshes share which touch, such as tiles of a map; the bits, 8 to 24, follow from the extent.
     /// With a power of two, such as 0.0009765625, common vertices are bit-equal at level 0; with --lock-boundary at every level
     #[arg(long, value_name = "S", value_parser = step, conflicts_with = "position_bits")]
     lattice_step: Option<f64>,

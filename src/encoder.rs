@@ -22,8 +22,8 @@ use schedule::Schedule;
 use std::io::Write;
 use std::time::Instant;
 
-pub use options::{Keyframes, Options, Preview, Profile};
-pub use report::{Report, Seconds};
+pub use options::{Keyframes, LatticeChoice, Options, Preview, Profile};
+pub use report::{Joined, Report, Seconds};
 
 /// What the encoder is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -121,19 +121,18 @@ impl<'a> Encoder<'a> {
         self.check(mesh)?;
         let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
         let (min, max) = lattice::bounds(used).ok_or_else(|| parameter("the mesh has no triangles"))?;
-        let lattice = Lattice::over(min, max, self.options.position_bits);
-        if !lattice.step.is_finite() {
-            return Err(parameter("the mesh is larger than the largest number: its extent is infinite"));
-        }
+        let lattice = self.options.lattice_over(min, max)?;
         self.report_progress(Stage::Condition, 0, mesh.triangles.len() as u64)?;
-        let mut conditioned = topology::condition(mesh, self.options.weld);
+        let mut conditioned = topology::condition_on(mesh, self.options.weld, &lattice);
         let finish = Finish::new(mesh, &conditioned, &self.options);
         self.report_progress(Stage::Condition, 1, 1)?;
         let conditioning = start.elapsed();
 
         let locked = self.locked(&conditioned);
         let locked_vertices = locked.count_ones();
+        let joined = Joined::new(mesh, &conditioned, &lattice);
         let mut simplified = self.simplify(&mut conditioned, locked, &lattice)?;
+        joined.add_to(&mut simplified.errors);
         let simplifying = start.elapsed() - conditioning;
 
         let positions = std::mem::take(&mut conditioned.positions);
@@ -144,7 +143,7 @@ impl<'a> Encoder<'a> {
         let base = simplified.base.clone();
         let roots = Roots::choose(&base);
         let mesh_at_base = ProgressiveMesh { table: base, positions: quantised.clone(), roots };
-        let options = self.options.clone();
+        let options = Options { position_bits: lattice.bits, ..self.options.clone() };
         let schedule = Schedule::of(&options, &simplified, &quantised);
         let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options, &schedule);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
@@ -156,6 +155,8 @@ impl<'a> Encoder<'a> {
         let mut report = Report::new(&conditioned, &simplified, mesh.diagonal());
         report.dropped = self.dropped(mesh);
         report.locked_vertices = locked_vertices;
+        report.joined = joined;
+        report.lattice_is_exact = lattice.is_exact();
         report.residue = payloads.counts;
         levels.add_to(&mut file, &mut report);
         report.residue_bits = payloads.residue.len() as f64 * 8.0;
@@ -177,13 +178,7 @@ impl<'a> Encoder<'a> {
 
     fn check(&self, mesh: &IndexedMesh) -> Result<()> {
         let options = &self.options;
-        if !(Lattice::MIN_BITS..=Lattice::MAX_BITS).contains(&options.position_bits) {
-            let (min, max) = (Lattice::MIN_BITS, Lattice::MAX_BITS);
-            return Err(Error::Parameter(format!(
-                "position bits must be {min} to {max}, not {}",
-                options.position_bits
-            )));
-        }
+        options.check_lattice()?;
         if !(1..=60_000).contains(&options.atom_bytes) {
             return Err(parameter("atom bytes must be 1 to 60,000"));
         }
@@ -272,17 +267,26 @@ impl<'a> Encoder<'a> {
     fn metadata(&self, conditioned: &Conditioned, report: &Report, copies: usize) -> Metadata {
         let mut conditioning = report::conditioning_counts(&conditioned.report);
         if copies > 0 {
-            conditioning.push(("zero_copies".to_owned(), copies as u64));
+            conditioning.push(("copies".to_owned(), copies as u64));
         }
         Metadata {
             generator: concat!("unweld ", env!("CARGO_PKG_VERSION")).to_owned(),
             source: self.source.name.clone(),
-            settings: self.source.settings.clone(),
+            settings: self.settings(conditioned),
             dropped: report.dropped.clone(),
             conditioning,
             diagonal: if report.diagonal.is_finite() { report.diagonal } else { f64::MAX },
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
         }
+    }
+
+    /// Those of the source, and the welding where it has joined what is not equal: [`Source::settings`] need not name it.
+    fn settings(&self, conditioned: &Conditioned) -> Vec<(String, String)> {
+        let mut settings = self.source.settings.clone();
+        if conditioned.report.joined_vertices > 0 && settings.iter().all(|(name, _)| name != "weld") {
+            settings.push(("weld".to_owned(), self.options.weld.to_string()));
+        }
+        settings
     }
 
     fn report_progress(&mut self, stage: Stage, done: u64, total: u64) -> Result<()> {

@@ -4,7 +4,7 @@ use clap::ValueEnum;
 use std::path::Path;
 use unweld::container::Measure;
 use unweld::encoder::{self, Keyframes};
-use unweld::mesh::topology;
+use unweld::mesh::topology::Weld;
 use unweld::simplify;
 
 /// How the next vertex is chosen.
@@ -14,15 +14,6 @@ pub enum Method {
     Stellar,
     /// The best of all, by a priority queue
     Ffc,
-}
-
-/// Which vertices are one.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub enum Weld {
-    /// Those with equal coordinates
-    Exact,
-    /// Those with the same index
-    None,
 }
 
 /// What matters most.
@@ -86,8 +77,9 @@ pub struct Simplification {
     /// Keep every vertex of the boundary
     #[arg(long)]
     pub lock_boundary: bool,
-    /// Which vertices of the input are one
-    #[arg(long, value_enum, default_value = "exact")]
+    /// Which vertices of the input are one: exact, those with equal coordinates; none; lattice, those that the lattice rounds to
+    /// one point (of 14 bits without a file); or those within a distance, in the units of the mesh, and whoever follows from that
+    #[arg(long, value_name = "exact|none|lattice|DISTANCE", default_value = "exact", value_parser = weld)]
     pub weld: Weld,
     /// Seed of the random choices, 0 to 2^64 - 1
     #[arg(long, value_name = "S", default_value_t = 0)]
@@ -112,14 +104,6 @@ impl Simplification {
         }
     }
 
-    /// For the library.
-    pub fn weld(&self) -> topology::Weld {
-        match self.weld {
-            Weld::Exact => topology::Weld::Exact,
-            Weld::None => topology::Weld::None,
-        }
-    }
-
     /// Names and values, as they are given.
     pub fn settings(&self) -> Vec<(String, String)> {
         let named = |name: &str, value: String| (name.to_owned(), value);
@@ -130,7 +114,7 @@ impl Simplification {
             named("method", value_name(&self.method)),
             named("choices", self.choices.to_string()),
             named("lock-boundary", self.lock_boundary.to_string()),
-            named("weld", value_name(&self.weld)),
+            named("weld", self.weld.to_string()),
             named("seed", self.seed.to_string()),
         ]);
         settings
@@ -226,6 +210,11 @@ fn weight(text: &str) -> Result<f64, String> {
     }
 }
 
+/// `exact`, `none`, `lattice` or a distance.
+pub fn weld(text: &str) -> Result<Weld, String> {
+    text.parse().map_err(|_| "exact, none, lattice, or a distance of at least 0 such as 0.001".to_owned())
+}
+
 /// The value as it is given.
 pub fn value_name(value: &impl ValueEnum) -> String {
     value.to_possible_value().map_or_else(String::new, |value| value.get_name().to_owned())
@@ -269,6 +258,23 @@ mod tests {
         assert_eq!(bound("rms:2%"), bounded(Measure::Rms, Tolerance::Percent(2.0)));
         for text in ["", "rms", "rms:", "mean:1", "rms:max:1", "RMS:1", ":1", "rms:-1"] {
             assert!(bound(text).is_err(), "{text}");
+        }
+    }
+
+    #[test]
+    fn weldings() {
+        let named = [
+            ("exact", Weld::Exact),
+            ("none", Weld::None),
+            ("lattice", Weld::Lattice),
+            ("0.001", Weld::Within(0.001)),
+        ];
+        for (text, welding) in named {
+            assert_eq!(weld(text), Ok(welding));
+            assert_eq!(welding.to_string(), text);
+        }
+        for text in ["", "near", "-1", "nan", "inf", "1%"] {
+            assert!(weld(text).is_err(), "{text}");
         }
     }
 

@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
     let mut lines = vec!["Verified it:".to_owned()];
     let decoded = verify::check(&mut uwm, &mut progress, &mut lines)?;
-    original::compare(&uwm, &decoded, &source.mesh, &ply.name, &mut lines)?;
+    original::compare(&mut uwm, &decoded, &source.mesh, &ply.name, &mut lines)?;
     say(&format!("{}\n\n", lines.join("\n  ")))?;
 
     let levels = shown(&uwm.contents);

@@ -26,7 +26,7 @@ impl Description {
         let sewn = self.residue.grouped_vertices - self.residue.groups;
         let welded =
             u64::from(self.contents.header.vertices) + self.residue.extra_vertices as u64 - sewn as u64;
-        if self.is_exact() { welded + self.told("zero_copies") } else { welded }
+        if self.is_exact() { welded + self.told("copies") } else { welded }
     }
 
     /// Triangles that a full decode gives.
@@ -270,8 +270,9 @@ struct LevelLine {
 }
 
 /// What conditioning found: its name in the metadata, in words, and what was done.
-const FINDINGS: [(&str, &str, &str); 8] = [
+const FINDINGS: [(&str, &str, &str); 9] = [
     ("welded_vertices", "repeated vertex", " (welded)"),
+    ("joined_vertices", "nearly equal vertex", " (joined)"),
     ("isolated_vertices", "isolated vertex", ""),
     ("degenerate_triangles", "degenerate triangle", ""),
     ("repeated_triangles", "repeated triangle", ""),

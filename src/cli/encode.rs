@@ -6,11 +6,13 @@ use super::describe::Description;
 use super::failure::{Usage, line, note};
 use super::input::{self, Level, Mesh, Reading};
 use super::inputs;
+use super::lattice;
 use super::memory::peak;
 use super::numbers::{count, grouped, memory, significant};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
 use super::uwm::{DEFAULT_MEMORY, Uwm};
+use super::welding;
 use anyhow::{Context, anyhow, bail};
 use serde_json::{Map, Value, json};
 use std::fs;
@@ -40,10 +42,6 @@ pub struct Args {
     /// Level of inputs that are .uwm files, 0, the finest, where none is named, to the base's. Level 0 stays exact and in order, if it is
     #[arg(long, value_name = "J")]
     level: Option<u32>,
-    /// Bits a coordinate, 8 to 24
-    #[arg(long, value_name = "N", default_value_t = Options::default().position_bits,
-          value_parser = clap::value_parser!(u32).range(i64::from(Lattice::MIN_BITS)..=i64::from(Lattice::MAX_BITS)))]
-    position_bits: u32,
     /// Level 0 has the coordinates of the input, bit for bit
     #[arg(long)]
     exact: bool,
@@ -77,6 +75,8 @@ pub struct Args {
     /// No progress bar and no report
     #[arg(long, short)]
     pub(super) quiet: bool,
+    #[command(flatten)]
+    lattice: lattice::Choice,
     #[command(flatten)]
     simplification: Simplification,
 }
@@ -264,8 +264,10 @@ pub fn report_text(description: &Description, report: &Report) -> String {
         .filter(|(_, bits)| *bits > 0.0)
         .map(|(name, bits)| format!("{name} {}", per_vertex(*bits)))
         .collect();
+    let joined = welding::text(report, description.is_exact());
+    let joined = joined.map_or(String::new(), |text| format!("  {:<11}{text}\n", "joined"));
     format!(
-        "{}\n{}\n  {:<11}{}, {} bits a vertex ({})\n",
+        "{}{joined}\n{}\n  {:<11}{}, {} bits a vertex ({})\n",
         description.summary(),
         description.table(),
         "file",
@@ -316,15 +318,17 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         Coordinates::Float32 => Real::Binary32,
         Coordinates::Float64 | Coordinates::Text => Real::Binary64,
     };
+    let (position_bits, lattice) = args.lattice.of_library();
     Options {
-        position_bits: args.position_bits,
+        position_bits,
+        lattice,
         exact: kept.coordinates.then_some(real),
         keep_order: kept.order,
         simplify: args.simplification.options(args.profile.of_library(), args.base_vertices),
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
         lock_boundary: args.simplification.lock_boundary,
-        weld: args.simplification.weld(),
+        weld: args.simplification.weld,
         max_memory: args.max_memory.unwrap_or(u64::MAX),
         ..Options::default()
     }
@@ -338,15 +342,15 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
         Keyframes::Every(n) => format!("every:{n}"),
         Keyframes::Levels(levels) => levels.iter().map(u32::to_string).collect::<Vec<_>>().join(","),
     };
-    let mut settings = vec![
-        ("position-bits".to_owned(), args.position_bits.to_string()),
+    let mut settings = args.lattice.settings();
+    settings.extend([
         ("exact".to_owned(), kept.coordinates.to_string()),
         ("keep-order".to_owned(), kept.order.to_string()),
         ("profile".to_owned(), value_name(&args.profile)),
         ("preview".to_owned(), value_name(&args.preview)),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
         ("keyframes".to_owned(), keyframes),
-    ];
+    ]);
     settings.extend(args.simplification.settings());
     settings.retain(|(name, value)| !DEFAULTS.contains(&(name, value)));
     settings
@@ -386,6 +390,8 @@ fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<Stri
             },
         ));
     }
+    warnings.extend(welding::warning(&report.joined, wanted));
+    warnings.extend(args.lattice.warnings(args.preview, report));
     if let Keyframes::Levels(levels) = &args.keyframes {
         let base = description.contents.base_level();
         let beyond: Vec<String> = levels.iter().filter(|&&level| level > base).map(u32::to_string).collect();
@@ -449,6 +455,7 @@ fn add_report(
         }),
     );
     object.insert("locked_vertices".to_owned(), json!(report.locked_vertices));
+    object.insert("joined".to_owned(), welding::json(report));
     object.insert("warnings".to_owned(), json!(warnings));
 }
 
@@ -460,6 +467,9 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode scene.obj -o scene.uwm --strict
+  unweld encode part.stl -o part.uwm --weld 0.0001 --exact
+  unweld encode bunny.ply -o bunny.uwm --position-bits auto:0.0005
+  unweld encode tiles/ -o coded/ --lattice-step 0.0009765625 --lattice-origin 4600000,5300000,0 --lock-boundary
   unweld encode - -o - < bunny.obj > bunny.uwm
   unweld encode bunny.ply -o bunny.uwm --json | jq .bits_per_vertex
   unweld encode bunny.uwm -o coarse.uwm --level 5

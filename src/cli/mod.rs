@@ -12,6 +12,7 @@ mod identity;
 mod info;
 mod input;
 mod inputs;
+mod lattice;
 mod measure;
 mod memory;
 mod numbers;
@@ -28,6 +29,7 @@ mod triangles;
 mod uwm;
 mod verify;
 mod view;
+mod welding;
 
 use clap::{Parser, Subcommand};
 use std::process::ExitCode;

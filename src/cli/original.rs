@@ -5,7 +5,8 @@ use super::triangles::{Fingerprint, Zeros, difference};
 use super::uwm::Uwm;
 use anyhow::bail;
 use std::collections::HashSet;
-use unweld::codec::residue::MAX_OUTSIDE;
+use unweld::container::Metadata;
+use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, Lattice};
 
 /// Whether `mesh` is `original`, as exactly as the file claims; `lines` gets what was found.
@@ -13,16 +14,17 @@ use unweld::mesh::{IndexedMesh, Lattice};
 /// # Errors
 /// How they differ, with the name of the file.
 pub fn compare(
-    uwm: &Uwm,
+    uwm: &mut Uwm,
     mesh: &IndexedMesh,
     original: &IndexedMesh,
     original_name: &str,
     lines: &mut Vec<String>,
 ) -> anyhow::Result<()> {
+    let weld = welding(uwm.metadata()?.as_ref());
     let contents = &uwm.contents;
     let lattice = &contents.header.lattice;
     let (exact, ordered) = (!contents.correction().is_empty(), !contents.order().is_empty());
-    let expected = if exact { None } else { Some(on_lattice(original, lattice)) };
+    let expected = if exact { None } else { Some(on_lattice(original, weld, lattice)) };
     let expected = expected.as_ref().unwrap_or(original);
     let differs = |what: String| anyhow::anyhow!("{}: not {original_name}: {what}", uwm.name);
     let zeros = if exact { Zeros::Apart } else { Zeros::Alike };
@@ -48,8 +50,16 @@ pub fn compare(
         }
         false => triangles,
     };
-    let how =
-        if exact { "bit for bit".to_owned() } else { format!("to the lattice of {} bits", lattice.bits) };
+    let how = match weld {
+        _ if exact => "bit for bit".to_owned(),
+        Weld::Within(distance) => {
+            format!(
+                "to the lattice of {} bits, vertices within {distance} of each other being one",
+                lattice.bits
+            )
+        }
+        _ => format!("to the lattice of {} bits", lattice.bits),
+    };
     lines.push(format!("original    {original_name}: the same {what}, {how}"));
     Ok(())
 }
@@ -85,17 +95,20 @@ fn lost_vertex(mesh: &IndexedMesh, original: &IndexedMesh) -> Option<[f64; 3]> {
     loose.find(|p| !there.contains(&bits(p))).copied()
 }
 
-/// A mesh as the file has it, if it has no correction.
-fn on_lattice(mesh: &IndexedMesh, lattice: &Lattice) -> IndexedMesh {
-    let place = |p: &[f64; 3]| {
-        let q: [f64; 3] = std::array::from_fn(|k| lattice.unclamped(p[k], k));
-        let near = q.iter().all(|x| x.abs() <= f64::from(MAX_OUTSIDE));
+/// A mesh as the file has it, if it has no correction: nearly equal vertices are in one place, on the lattice.
+fn on_lattice(mesh: &IndexedMesh, weld: Weld, lattice: &Lattice) -> IndexedMesh {
+    let stand_for = weld.representatives(mesh, lattice);
+    let positions = stand_for.iter().map(|&v| {
+        let p = mesh.positions[v as usize];
         // What is far from the lattice, or has none, is kept as it is.
-        if near && (lattice.step > 0.0 || *p == lattice.origin) {
-            lattice.position(q.map(|x| x as i32))
-        } else {
-            *p
-        }
-    };
-    IndexedMesh::new(mesh.positions.iter().map(place).collect(), mesh.triangles.clone())
+        lattice.point(p).map_or(p, |q| lattice.position(q))
+    });
+    IndexedMesh::new(positions.collect(), mesh.triangles.clone())
+}
+
+/// Which vertices of the input were one, as the file's settings have it.
+fn welding(metadata: Option<&Metadata>) -> Weld {
+    let settings = metadata.map_or(&[][..], |metadata| &metadata.settings);
+    let told = settings.iter().find(|(name, _)| name == "weld");
+    told.and_then(|(_, value)| value.parse().ok()).unwrap_or_default()
 }

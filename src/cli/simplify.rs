@@ -6,12 +6,13 @@ use super::input::{self, Mesh, Reading};
 use super::numbers::{count, grouped, of_diagonal, percent, significant};
 use super::output::{MeshFormat, Output, remark, say};
 use super::progress::Progress;
+use super::welding;
 use anyhow::{Context, anyhow, bail};
 use serde_json::json;
 use std::path::PathBuf;
 use std::time::Instant;
 use unweld::codec::grid::Real;
-use unweld::encoder::Profile;
+use unweld::encoder::{Joined, Profile};
 use unweld::formats::Coordinates;
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::{Conditioned, condition};
@@ -83,7 +84,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Mesh { source, level } = Mesh::read(&args.input, args.level, reading, &mut progress)?;
     let read = start.elapsed().as_secs_f64();
     let limit = args.goal.limit(&source.mesh);
-    let conditioned = condition(&source.mesh, args.simplification.weld());
+    let conditioned = condition(&source.mesh, args.simplification.weld);
     let conditioning = start.elapsed().as_secs_f64() - read;
     let mesh =
         simplified(&source.mesh, &conditioned, limit, args, &mut progress).with_context(|| name.clone())?;
@@ -104,6 +105,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let distance = distance(&source.mesh, &mesh, SAMPLES);
     let mut warnings: Vec<String> = level.and_then(|level| level.lost).into_iter().collect();
     warnings.extend(limit.missed(&mesh, distance));
+    let joined = conditioned.report.joined_vertices;
+    if let Limit::Triangles(most) = limit
+        && mesh.triangles.len() > most
+    {
+        warnings.extend(welding::warning(&parts(&conditioned), most / 2));
+    }
     warnings.extend(format.losses(&mesh, None).into_iter().map(|loss| format!("{}: {loss}", output.name)));
     if args.json {
         let (max, rms) = (distance.map(|d| d.max), distance.map(|d| d.rms));
@@ -116,6 +123,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "max_error_percent": max.and_then(|x| percent(x, diagonal)),
             "rms_error_percent": rms.and_then(|x| percent(x, diagonal)),
             "dropped": dropped,
+            "joined_vertices": joined,
             "warnings": warnings,
             "seconds": { "read": read, "condition": conditioning, "simplify": simplifying },
         });
@@ -139,6 +147,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(d) = distance {
         let (max, rms) = (of_diagonal(d.max, diagonal), of_diagonal(d.rms, diagonal));
         text += &format!("  {:<11}max {max}, rms {rms}\n", "error");
+    }
+    if joined > 0 {
+        text += &format!(
+            "  {:<11}{} with others that are nearly equal\n",
+            "joined",
+            count(joined as u64, "vertex")
+        );
     }
     if !dropped.is_empty() {
         text += &format!("  {:<11}{}\n", "dropped", dropped.join(", "));
@@ -190,6 +205,14 @@ impl Limit {
             Self::Triangles(_) => None,
         }
     }
+}
+
+/// The parts of the mesh, as it is and as the lattice has it.
+fn parts(conditioned: &Conditioned) -> Joined {
+    let (min, max) = lattice::bounds(conditioned.positions.iter().copied()).unwrap_or_default();
+    let lattice = Lattice::over(min, max, Lattice::DEFAULT_BITS);
+    let [parts, lattice_parts] = [None, Some(&lattice)].map(|lattice| conditioned.parts(lattice));
+    Joined { parts, lattice_parts, ..Joined::default() }
 }
 
 /// Removes vertices as far as the limit allows.
@@ -368,4 +391,5 @@ EXAMPLES
   unweld simplify bunny.ply -o tenth.ply --ratio 10%
   unweld simplify bunny.ply -o near.ply --error 0.1%
   unweld simplify bunny.uwm -o coarse.obj --level 3 --faces 1000
-  unweld simplify bunny.ply -o small.obj --faces 5000 --method ffc --lock-boundary";
+  unweld simplify bunny.ply -o small.obj --faces 5000 --method ffc --lock-boundary
+  unweld simplify part.stl -o small.stl --faces 5000 --weld 0.0001";

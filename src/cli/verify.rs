@@ -50,7 +50,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             if source.coordinates == Coordinates::Text && uwm.metadata()?.is_some_and(|m| m.source_float32) {
                 to_binary32(&mut source.mesh);
             }
-            compare(&uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
+            compare(&mut uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
         }
         None => Ok(()),
     });

@@ -16,10 +16,19 @@ pub struct Correction {
     pub grids: [Vec<Grid>; 3],
     /// The positions of the vertices of the whole, exactly.
     pub positions: Vec<[f64; 3]>,
-    /// Copies of vertices with other signs of zeros: the vertex, and the axes as bits. Ascending, each once.
-    pub copies: Vec<(u32, u8)>,
+    /// Copies of vertices, with other coordinates: in the order of [`Correction::order`], each once.
+    pub copies: Vec<Copied>,
     /// Corners at copies: three times the triangle plus 0 to 2, and the copy. Ascending.
     pub corners: Vec<(u32, u32)>,
+}
+
+/// A copy of a vertex of the whole: a vertex of the input that was one with it, but elsewhere, if only by the sign of a zero.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Copied {
+    /// The vertex.
+    pub vertex: u32,
+    /// Where the copy is.
+    pub position: [f64; 3],
 }
 
 /// Most grids of an axis.
@@ -65,7 +74,7 @@ impl Correction {
     pub fn all_positions(&self) -> Vec<[f64; 3]> {
         let mut positions = Vec::with_capacity(self.positions.len() + self.copies.len());
         positions.extend_from_slice(&self.positions);
-        positions.extend(self.copies.iter().map(|&(v, axes)| other_zeros(self.positions[v as usize], axes)));
+        positions.extend(self.copies.iter().map(|copy| copy.position));
         positions
     }
 
@@ -74,6 +83,11 @@ impl Correction {
         for &(corner, copy) in &self.corners {
             triangles[corner as usize / 3][corner as usize % 3] = self.positions.len() as u32 + copy;
         }
+    }
+
+    /// What copies are sorted by: their vertices, then their coordinates.
+    pub fn order(&self, copy: &Copied) -> (u32, [i64; 3]) {
+        (copy.vertex, copy.position.map(|x| self.real.key(x)))
     }
 
     fn code<C: BitCoder>(
@@ -88,19 +102,20 @@ impl Correction {
             code_grids(grids, self.real, coder)?;
         }
         budget.take_work(whole.triangles.len() as u64)?;
-        self.code_positions(whole, lattice, coder, budget)?;
-        self.code_copies(whole, coder, budget)
+        let mut axes: Vec<Axis> = self.grids.iter().map(|grids| Axis::new(grids, self.real)).collect();
+        self.code_positions(whole, &mut axes, lattice, coder, budget)?;
+        self.code_copies(whole, &mut axes, lattice, coder, budget)
     }
 
     fn code_positions<C: BitCoder>(
         &mut self,
         whole: &Whole,
+        axes: &mut [Axis],
         lattice: &Lattice,
         coder: &mut C,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         let known = std::mem::take(&mut self.positions);
-        let mut axes: Vec<Axis> = self.grids.iter().map(|grids| Axis::new(grids, self.real)).collect();
         for (k, vertex) in whole.vertices.iter().enumerate() {
             if k.is_multiple_of(1024) {
                 // Of each coordinate what was seen last, until all are read.
@@ -127,36 +142,46 @@ impl Correction {
         Ok(())
     }
 
+    /// Copies (spec §10.4): of each vertex those with other coordinates, then where they are.
     fn code_copies<C: BitCoder>(
         &mut self,
         whole: &Whole,
+        axes: &mut [Axis],
+        lattice: &Lattice,
         coder: &mut C,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
-        let fault = || {
-            WholeError::Range("a copy of a vertex that does not exist, has no such zero, or is told twice")
-        };
+        let fault = || WholeError::Range("a copy of a vertex that does not exist, as it is, or told twice");
         let known = (std::mem::take(&mut self.copies), std::mem::take(&mut self.corners));
         let count = NumberModel::default().unsigned(coder, || known.0.len() as u32)?;
         let mut steps = NumberModel::default();
         // The copies of each vertex that has some, as the first and how many.
         let mut copies_of: HashMap<u32, (u32, u32)> = HashMap::new();
-        let mut last = 0u32;
+        let mut last = Copied::default();
         for k in 0..count as usize {
             spend(budget, k)?;
-            let truth = known.0.get(k).copied().unwrap_or((last, 1));
-            let step = steps.unsigned(coder, || truth.0 - last)?;
-            let v = last.checked_add(step).ok_or_else(fault)?;
-            let axes = 1 + coder.below(7, || u32::from(truth.1) - 1) as u8;
+            if k.is_multiple_of(1024) {
+                budget.take_memory(1024, BYTES_OF_A_COPY)?;
+            }
+            let truth = known.0.get(k).copied().unwrap_or_default();
+            let step = steps.unsigned(coder, || truth.vertex - last.vertex)?;
+            let v = last.vertex.checked_add(step).ok_or_else(fault)?;
+            let original = *self.positions.get(v as usize).ok_or_else(fault)?;
+            let (p, mut position) = (whole.vertices[v as usize].position(lattice), original);
+            let mut changed = false;
+            for i in 0..3 {
+                let half = lattice.step * 0.5;
+                changed |= axes[i].copied(&mut position[i], changed, p[i], half, coder, truth.position[i])?;
+            }
             coder.check()?;
-            let position = self.positions.get(v as usize).ok_or_else(fault)?;
-            let zeros = (0..3).all(|i| axes >> i & 1 == 0 || position[i] == 0.0);
-            if !zeros || self.copies.last().is_some_and(|&before| before >= (v, axes)) {
+            let copy = Copied { vertex: v, position };
+            let follows = k == 0 || self.order(&last) < self.order(&copy);
+            if !follows || position.map(f64::to_bits) == original.map(f64::to_bits) {
                 return Err(fault());
             }
             copies_of.entry(v).or_insert((k as u32, 0)).1 += 1;
-            self.copies.push((v, axes));
-            last = v;
+            self.copies.push(copy);
+            last = copy;
         }
         if count == 0 {
             return Ok(());
@@ -176,13 +201,9 @@ impl Correction {
             }
             coder.check()?;
         }
+        budget.give_memory((count as usize).next_multiple_of(1024), BYTES_OF_A_COPY);
         Ok(())
     }
-}
-
-/// A position with the other sign on these axes.
-pub fn other_zeros(position: [f64; 3], axes: u8) -> [f64; 3] {
-    std::array::from_fn(|i| if axes >> i & 1 == 1 { -position[i] } else { position[i] })
 }
 
 fn code_grids<C: BitCoder>(grids: &mut Vec<Grid>, real: Real, coder: &mut C) -> Result<(), WholeError> {
@@ -218,6 +239,10 @@ struct Axis {
     again: [Bit; 4],
     on: [Bit; MAX_GRIDS],
     off: NumberModel,
+    /// Of copies: whether a coordinate is another one, and whether it is told by how many numbers away it is.
+    other: [Bit; 2],
+    by: Bit,
+    away: NumberModel,
     /// For each lattice coordinate what its last vertex had, and how it came to have that.
     seen: HashMap<i32, (f64, u8)>,
 }
@@ -230,6 +255,9 @@ impl Axis {
             again: [Bit::NEW; 4],
             on: [Bit::NEW; MAX_GRIDS],
             off: NumberModel::default(),
+            other: [Bit::NEW; 2],
+            by: Bit::NEW,
+            away: NumberModel::default(),
             seen: HashMap::new(),
         }
     }
@@ -255,6 +283,45 @@ impl Axis {
         let x = self.fresh(p, half, coder, truth)?;
         self.seen.insert(q, (x, next));
         Ok(x)
+    }
+
+    /// Turns a coordinate of a vertex at `p` to that of its copy; whether that is another one. `changed` says whether one
+    /// before was.
+    fn copied<C: BitCoder>(
+        &mut self,
+        x: &mut f64,
+        changed: bool,
+        p: f64,
+        half: f64,
+        coder: &mut C,
+        truth: f64,
+    ) -> Result<bool, WholeError> {
+        let before = *x;
+        if !coder.bit(&mut self.other[usize::from(changed)], || before.to_bits() != truth.to_bits()) {
+            return Ok(false);
+        }
+        let away = if C::ENCODES { self.away(before, p, half, truth) } else { None };
+        *x = if coder.bit(&mut self.by, || away.is_some()) {
+            let range = || WholeError::Range("the coordinate of a copy is out of range");
+            let away = self.away.signed(coder, || away.unwrap_or_default())?;
+            let key = self.real.key(before).checked_add(i64::from(away)).ok_or_else(range)?;
+            self.real.number(key).filter(|x| x.is_finite()).ok_or_else(range)?
+        } else {
+            self.fresh(p, half, coder, truth)?
+        };
+        Ok(true)
+    }
+
+    /// How many numbers `truth` is away from `x`, if that is told with fewer bits than its place among the points of its cell.
+    fn away(&self, x: f64, p: f64, half: f64, truth: f64) -> Option<i32> {
+        let away = self.real.key(truth).checked_sub(self.real.key(x))?;
+        let away = i32::try_from(away).ok().filter(|&away| away != i32::MIN)?;
+        let on_grid = |points: &Points| {
+            let (low, count) = points.within(p - half, p + half);
+            place(points, self.real, truth, low, count).map(|_| count)
+        };
+        let count = self.grids.iter().find_map(on_grid);
+        count.is_none_or(|count| u64::from(away.unsigned_abs()) <= count).then_some(away)
     }
 
     fn fresh<C: BitCoder>(
@@ -316,5 +383,7 @@ fn place(_: &Points, _: Real, _: f64, _: i64, _: u64) -> Option<(u64, i32)> {
     None
 }
 
+/// What a copy takes until all corners are read, beyond itself: its place among those of its vertex.
+const BYTES_OF_A_COPY: usize = 48;
 /// What a vertex leaves in the memory of the axes, at most, until all vertices are read.
 const BYTES_SEEN: usize = 3 * 72;

@@ -40,7 +40,7 @@ pub struct ResidueCounts {
 }
 
 /// Largest magnitude of a lattice coordinate outside the cube.
-pub const MAX_OUTSIDE: i32 = (1 << 30) - 1;
+pub const MAX_OUTSIDE: i32 = crate::mesh::Lattice::MAX_OUTSIDE;
 const NONE: u32 = u32::MAX;
 
 impl Residue {

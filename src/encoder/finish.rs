@@ -3,7 +3,7 @@
 
 use super::residue::{Named, turned};
 use super::{Options, grids};
-use crate::codec::correction::Correction;
+use crate::codec::correction::{Copied, Correction};
 use crate::codec::grid::Real;
 use crate::codec::order::{Order, Origin};
 use crate::codec::residue::ResidueCounts;
@@ -23,7 +23,7 @@ pub struct Payloads {
     pub counts: ResidueCounts,
     /// The correction.
     pub correction: Vec<u8>,
-    /// Vertices that it adds, copies with other zeros.
+    /// Vertices that it adds, copies with other coordinates.
     pub copies: usize,
     /// The order.
     pub order: Vec<u8>,
@@ -35,8 +35,8 @@ pub struct Finish<'a> {
     input: &'a IndexedMesh,
     exact: Option<Real>,
     keep_order: bool,
-    /// Whether vertices that are the same have zeros of other signs.
-    zeros_differ: bool,
+    /// Whether vertices that are the same have other coordinates, if only zeros of other signs.
+    has_copies: bool,
     /// The triangles of the conditioned table, where they will be needed.
     triangles: Vec<[Vertex; 3]>,
 }
@@ -45,13 +45,13 @@ impl<'a> Finish<'a> {
     /// Keeps what it takes.
     pub fn new(input: &'a IndexedMesh, conditioned: &Conditioned, options: &Options) -> Self {
         let same = &conditioned.origins.same;
-        let zeros_differ =
-            options.exact.is_some() && (0..same.len()).any(|v| other_signs(input, v, same[v] as usize) != 0);
+        let has_copies =
+            options.exact.is_some() && (0..same.len()).any(|v| differ(input, v, same[v] as usize));
         let mut triangles = Vec::new();
-        if zeros_differ || options.keep_order {
+        if has_copies || options.keep_order {
             triangles = conditioned.table.triangles().map(|t| conditioned.table.triangle(t)).collect();
         }
-        Self { input, exact: options.exact, keep_order: options.keep_order, zeros_differ, triangles }
+        Self { input, exact: options.exact, keep_order: options.keep_order, has_copies, triangles }
     }
 
     /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.
@@ -76,7 +76,7 @@ impl<'a> Finish<'a> {
         }
         let mut whole = Whole::new(mesh, &named.residue, &tour);
         let mut vertices = named.vertices(conditioned, &whole);
-        let origins = if self.zeros_differ || self.keep_order {
+        let origins = if self.has_copies || self.keep_order {
             self.origins(conditioned, &named, &whole, &vertices)
         } else {
             Vec::new()
@@ -84,7 +84,7 @@ impl<'a> Finish<'a> {
         let mut count = whole.vertices.len();
         if let Some(real) = self.exact {
             let mut correction = self.correction(real, conditioned, &whole, &vertices, lattice);
-            if self.zeros_differ {
+            if self.has_copies {
                 self.copy(&mut correction, conditioned, &mut vertices, &origins);
             }
             payloads.correction = correction.encode(&whole, lattice).map_err(cannot)?;
@@ -123,8 +123,7 @@ impl<'a> Finish<'a> {
         Correction { real, grids, positions, ..Correction::default() }
     }
 
-    /// Makes copies of vertices for those of the input that have other zeros: for those at corners, or for all if all of them
-    /// are kept. These become their vertices of the whole.
+    /// Makes copies of vertices for those of the input that have other coordinates. These become their vertices of the whole.
     fn copy(
         &self,
         correction: &mut Correction,
@@ -133,32 +132,36 @@ impl<'a> Finish<'a> {
         origins: &[Origin],
     ) {
         let same = &conditioned.origins.same;
-        let copy_of = |v: u32, vertices: &[u32]| {
-            let axes = other_signs(self.input, v as usize, same[v as usize] as usize);
-            (axes != 0).then(|| (vertices[v as usize], axes))
+        let copies: Vec<Option<Copied>> = vertices
+            .iter()
+            .enumerate()
+            .map(|(v, &vertex)| {
+                let copy = Copied { vertex, position: self.input.positions[v] };
+                differ(self.input, v, same[v] as usize).then_some(copy)
+            })
+            .collect();
+        let mut sorted: Vec<Copied> = copies.iter().copied().flatten().collect();
+        sorted.sort_unstable_by_key(|copy| correction.order(copy));
+        sorted.dedup_by_key(|copy| correction.order(copy));
+        correction.copies = sorted;
+        let place = |copy: Copied| {
+            let found =
+                correction.copies.binary_search_by_key(&correction.order(&copy), |c| correction.order(c));
+            found.expect("all copies are there") as u32
         };
-        let corners = self.input.triangles.as_flattened();
-        correction.copies = if self.keep_order {
-            (0..vertices.len() as u32).filter_map(|v| copy_of(v, vertices)).collect()
-        } else {
-            corners.iter().filter_map(|&v| copy_of(v, vertices)).collect()
-        };
-        correction.copies.sort_unstable();
-        correction.copies.dedup();
+        let copies: Vec<Option<u32>> = copies.iter().map(|copy| copy.map(place)).collect();
         for (t, &(place, first)) in origins.iter().enumerate() {
             for (k, &v) in self.input.triangles[t].iter().enumerate() {
-                let copy = copy_of(v, vertices).and_then(|copy| correction.copies.binary_search(&copy).ok());
-                if let Some(copy) = copy {
+                if let Some(copy) = copies[v as usize] {
                     let corner = 3 * place + (k as u32 + first) % 3;
-                    correction.corners.push((corner, copy as u32));
+                    correction.corners.push((corner, copy));
                 }
             }
         }
         correction.corners.sort_unstable();
-        let copies: Vec<_> = (0..vertices.len() as u32).map(|v| copy_of(v, vertices)).collect();
         for (vertex, copy) in vertices.iter_mut().zip(copies) {
-            if let Some(copy) = copy.and_then(|copy| correction.copies.binary_search(&copy).ok()) {
-                *vertex = (correction.positions.len() + copy) as u32;
+            if let Some(copy) = copy {
+                *vertex = correction.positions.len() as u32 + copy;
             }
         }
     }
@@ -191,10 +194,9 @@ impl<'a> Finish<'a> {
     }
 }
 
-/// The axes, as bits, on which two vertices in one place have zeros of different signs.
-fn other_signs(mesh: &IndexedMesh, v: usize, w: usize) -> u8 {
-    let (v, w) = (mesh.positions[v], mesh.positions[w]);
-    (0..3).fold(0, |axes, k| axes | u8::from(v[k].to_bits() != w[k].to_bits()) << k)
+/// Whether two vertices have other coordinates, if only zeros of other signs.
+fn differ(mesh: &IndexedMesh, v: usize, w: usize) -> bool {
+    mesh.positions[v].map(f64::to_bits) != mesh.positions[w].map(f64::to_bits)
 }
 
 /// Coordinates of an axis by which its grids are chosen, at most.

@@ -1,14 +1,18 @@
 //! The settings of an encoding.
 
 use crate::codec::grid::Real;
+use crate::error::{Error, Result};
+use crate::mesh::Lattice;
 use crate::mesh::topology::Weld;
 use crate::simplify;
 
 /// Settings of an encoding.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// Bits a coordinate, [`MIN_BITS`](crate::mesh::Lattice::MIN_BITS) to [`MAX_BITS`](crate::mesh::Lattice::MAX_BITS).
+    /// Bits a coordinate, [`MIN_BITS`](Lattice::MIN_BITS) to [`MAX_BITS`](Lattice::MAX_BITS), where `lattice` leaves it to them.
     pub position_bits: u32,
+    /// Which lattice the coordinates live on.
+    pub lattice: LatticeChoice,
     /// How to simplify.
     pub simplify: simplify::Options,
     /// Which levels get a keyframe.
@@ -33,7 +37,8 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            position_bits: 14,
+            position_bits: Lattice::DEFAULT_BITS,
+            lattice: LatticeChoice::Bits,
             simplify: simplify::Options::default(),
             keyframes: Keyframes::None,
             preview: Preview::Off,
@@ -58,6 +63,70 @@ impl Options {
     /// ```
     pub fn profile(profile: Profile) -> Self {
         Self { simplify: profile.simplify(), ..Self::default() }
+    }
+}
+
+/// Which lattice the coordinates live on.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
+pub enum LatticeChoice {
+    /// One over the mesh, of [`Options::position_bits`].
+    #[default]
+    Bits,
+    /// One over the mesh, of the fewest bits for which its step is at most this: finite, above 0.
+    AtMost(f64),
+    /// A given one, so that meshes that touch have the same points where they do: tiles of a map, say. The bits follow from the
+    /// extent of the mesh.
+    ///
+    /// Where the step is a power of two and the origin a multiple of it, vertices that are equal in two meshes are bit for
+    /// bit equal at level 0 of both, and at every level that they belong to: [`Options::lock_boundary`] keeps a common
+    /// boundary at all levels. ([`Preview`] makes coarse levels coarser, each mesh on its own: it should be off.)
+    Given {
+        /// The distance of neighbouring points: finite, above 0.
+        step: f64,
+        /// Any of the points; finite. The file has another one, near the mesh, as its origin ([`Lattice::part`]).
+        origin: [f64; 3],
+    },
+}
+
+impl Options {
+    /// Whether there can be such a lattice and such a welding.
+    pub(super) fn check_lattice(&self) -> Result<()> {
+        let refused = |what: String| Err(Error::Parameter(what));
+        let (min, max) = (Lattice::MIN_BITS, Lattice::MAX_BITS);
+        if !(min..=max).contains(&self.position_bits) {
+            return refused(format!("position bits must be {min} to {max}, not {}", self.position_bits));
+        }
+        if let LatticeChoice::AtMost(step) | LatticeChoice::Given { step, .. } = self.lattice
+            && !(step.is_finite() && step > 0.0)
+        {
+            return refused(format!("the step of the lattice must be above 0 and finite, not {step}"));
+        }
+        if let LatticeChoice::Given { origin, .. } = self.lattice
+            && let Some(x) = origin.iter().find(|x| !x.is_finite())
+        {
+            return refused(format!("the origin of the lattice must be finite, not {x}"));
+        }
+        if let Weld::Within(distance) = self.weld
+            && !(distance.is_finite() && distance >= 0.0)
+        {
+            return refused(format!("the distance of welding must be at least 0 and finite, not {distance}"));
+        }
+        Ok(())
+    }
+
+    /// The lattice of a mesh with this bounding box.
+    pub(super) fn lattice_over(&self, min: [f64; 3], max: [f64; 3]) -> Result<Lattice> {
+        let whole = Lattice::over(min, max, self.position_bits);
+        if !whole.step.is_finite() {
+            let what = "the mesh is larger than the largest number: its extent is infinite";
+            return Err(Error::Parameter(what.to_owned()));
+        }
+        match self.lattice {
+            LatticeChoice::Bits => Ok(whole),
+            LatticeChoice::AtMost(step) => Lattice::at_most(step, min, max),
+            LatticeChoice::Given { step, origin } => Lattice::part(step, origin, min, max),
+        }
     }
 }
 

@@ -5,6 +5,7 @@ use crate::codec::keyframe::Written;
 use crate::codec::residue::ResidueCounts;
 use crate::container::Contents;
 use crate::mesh::topology::{Conditioned, ConditioningReport};
+use crate::mesh::{IndexedMesh, Lattice};
 use crate::simplify::{self, LevelError, Simplified};
 
 /// Seconds by stage.
@@ -35,6 +36,47 @@ pub struct KeyframeBits {
     pub positions: f64,
 }
 
+/// Vertices that are nearly one.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Joined {
+    /// How far a vertex is from the one that stands for it, at most; each level's errors include it.
+    pub distance: f64,
+    /// Root of the mean squared distance, of all vertices.
+    pub rms_distance: f64,
+    /// Parts of the surface that share no vertex, as it was welded.
+    pub parts: usize,
+    /// What the parts would be if vertices on the same lattice point were one.
+    pub lattice_parts: usize,
+}
+
+impl Joined {
+    pub(super) fn new(mesh: &IndexedMesh, conditioned: &Conditioned, lattice: &Lattice) -> Self {
+        let (mut distance, mut squares) = (0.0f64, 0.0);
+        if conditioned.report.joined_vertices > 0 {
+            for (p, &v) in mesh.positions.iter().zip(&conditioned.origins.same) {
+                let q = mesh.positions[v as usize];
+                let apart = length(std::array::from_fn(|k| p[k] - q[k]));
+                distance = distance.max(apart);
+                squares += apart * apart;
+            }
+        }
+        let rms_distance = (squares / mesh.positions.len().max(1) as f64).sqrt().min(distance);
+        // Where all is one piece, nothing can be joined.
+        let whole = conditioned.report.census.components < 2;
+        let parts =
+            |lattice| if whole { conditioned.report.census.components } else { conditioned.parts(lattice) };
+        Self { distance, rms_distance, parts: parts(None), lattice_parts: parts(Some(lattice)) }
+    }
+
+    /// The levels stand for vertices that stand for others: those are as much further away.
+    pub(super) fn add_to(&self, errors: &mut [LevelError]) {
+        for error in errors {
+            error.max += self.distance;
+            error.rms += self.rms_distance;
+        }
+    }
+}
+
 /// What an encoding did and what it took.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Report {
@@ -49,6 +91,10 @@ pub struct Report {
     pub errors: Vec<LevelError>,
     /// Vertices that had to stay: copies of cut vertices, and the boundary where it was locked.
     pub locked_vertices: usize,
+    /// Vertices that are nearly one.
+    pub joined: Joined,
+    /// Whether the lattice's points are multiples of its step without any rounding: [`Lattice::is_exact`].
+    pub lattice_is_exact: bool,
     /// What the residue holds.
     pub residue: ResidueCounts,
     /// Bytes of the file.
@@ -107,6 +153,13 @@ impl Report {
     }
 }
 
+/// The length of a vector, where its square would be too large or too small, too.
+fn length(v: [f64; 3]) -> f64 {
+    let largest = v.iter().fold(0.0f64, |largest, x| largest.max(x.abs()));
+    let squares: f64 = v.iter().map(|x| x / largest * (x / largest)).sum();
+    if largest > 0.0 { largest * squares.sqrt() } else { 0.0 }
+}
+
 /// The report's numbers by name, as the metadata carry them.
 pub fn conditioning_counts(report: &ConditioningReport) -> Vec<(String, u64)> {
     let counts = [
@@ -127,5 +180,8 @@ pub fn conditioning_counts(report: &ConditioningReport) -> Vec<(String, u64)> {
         ("boundary_edges", report.census.boundary_edges),
         ("handles", report.census.handles),
     ];
-    counts.into_iter().map(|(name, count)| (name.to_owned(), count as u64)).collect()
+    // Most files have nothing to say of it.
+    let joined = Some(("joined_vertices", report.joined_vertices)).filter(|&(_, count)| count > 0);
+    let counts = counts.into_iter().chain(joined);
+    counts.map(|(name, count)| (name.to_owned(), count as u64)).collect()
 }

@@ -1,6 +1,6 @@
 //! The residue of an encoding, and the names that it gives to the parts of the input.
 
-use crate::codec::residue::{MAX_OUTSIDE, Residue};
+use crate::codec::residue::Residue;
 use crate::codec::walk::Tour;
 use crate::codec::whole::{Extra, Whole};
 use crate::mesh::topology::Conditioned;
@@ -112,11 +112,5 @@ pub fn turned(mut t: [Vertex; 3]) -> [Vertex; 3] {
 
 /// A vertex outside the manifold: on the lattice where that can say where it is.
 fn extra(position: [f64; 3], lattice: &Lattice) -> Extra {
-    let q: [f64; 3] = std::array::from_fn(|k| lattice.unclamped(position[k], k));
-    let near = q.iter().all(|x| x.abs() <= f64::from(MAX_OUTSIDE));
-    if near && (lattice.step > 0.0 || position == lattice.origin) {
-        Extra::Lattice(q.map(|x| x as i32))
-    } else {
-        Extra::Exact(position)
-    }
+    lattice.point(position).map_or(Extra::Exact(position), Extra::Lattice)
 }

@@ -14,7 +14,7 @@ use crate::mesh::{IndexedMesh, Lattice};
 pub fn fuzz_round_trip(data: &[u8]) {
     let mut choices = Choices(data);
     let options = any_options(&mut choices);
-    let (exact, keep_order) = (options.exact.is_some(), options.keep_order);
+    let (exact, keep_order, weld) = (options.exact.is_some(), options.keep_order, options.weld);
     let mesh = any_mesh(&mut choices);
     let file = match Encoder::new(options).encode_to_vec(&mesh) {
         Ok(file) => file,
@@ -26,7 +26,9 @@ pub fn fuzz_round_trip(data: &[u8]) {
     };
     let contents = parse_contents(&file).ok().flatten().expect("the encoder wrote it");
     let lattice = contents.header.lattice;
-    let wanted = triangles(&mesh, &lattice);
+    let same = if exact { Weld::None } else { weld }.representatives(&mesh, &lattice);
+    let joined = same.iter().map(|&v| mesh.positions[v as usize]).collect();
+    let wanted = triangles(&IndexedMesh::new(joined, mesh.triangles.clone()), &lattice);
     for j in contents.segments() {
         let mut decoder = from_keyframe(&file, &contents, j, decoder::Options::default());
         while decoder.poll().expect("the encoder wrote it").is_some() {}
@@ -75,7 +77,7 @@ fn any_options(choices: &mut Choices) -> encoder::Options {
     let mut options = encoder::Options {
         position_bits: 8 + choices.below(17) as u32,
         lock_boundary: choices.below(4) == 1,
-        weld: [Weld::Exact, Weld::None][choices.below(2)],
+        weld: [Weld::Exact, Weld::None, Weld::Lattice, Weld::Within(1.0)][choices.below(4)],
         atom_bytes: 1 + choices.below(40),
         keyframes: [Keyframes::All, Keyframes::None, Keyframes::Every(2)][choices.below(3)].clone(),
         preview: any_preview(choices),

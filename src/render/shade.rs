@@ -3,7 +3,7 @@
 use glam::{DVec3, Vec3};
 
 use crate::mesh::IndexedMesh;
-use crate::mesh::topology::{Weld, representatives};
+use crate::mesh::topology::first_in_place;
 
 /// The colour of each corner of a triangle, in linear light. Its `normal` on screen (y down) is of any length and
 /// either side: the side that faces the camera is lit, be it front or back. Corners are given an averaged normal by
@@ -28,7 +28,7 @@ pub fn shade(normal: DVec3, smooth: Option<[Vec3; 3]>) -> [Vec3; 3] {
 /// it does not matter how a plane is cut into triangles: of length 1, or 0 where they cancel out.
 /// Vertices in the same place have the same, so that neither seams nor triangles that share no vertices show.
 pub fn averages(mesh: &IndexedMesh, places: &[DVec3]) -> Vec<Vec3> {
-    let same = representatives(&mesh.positions, Weld::Exact);
+    let same = first_in_place(&mesh.positions);
     let mut sums = vec![DVec3::ZERO; places.len()];
     for t in &mesh.triangles {
         let corners = t.map(|v| places[v as usize]);

@@ -98,7 +98,10 @@ fn the_json_of_info_and_encode() {
         assert_eq!(encoded[key], info[key], "{key}");
     }
     let further: Vec<&str> = keys(&encoded).into_iter().filter(|key| info.get(key).is_none()).collect();
-    assert_eq!(further, ["bits", "bits_per_vertex", "locked_vertices", "peak_bytes", "seconds", "warnings"]);
+    assert_eq!(
+        further,
+        ["bits", "bits_per_vertex", "joined", "locked_vertices", "peak_bytes", "seconds", "warnings"]
+    );
     assert_eq!(keys(&encoded["seconds"]), ["code", "condition", "read", "simplify", "write"]);
     let bits = ["base", "connectivity", "correction", "geometry", "keyframes", "order", "other", "residue"];
     assert_eq!(keys(&encoded["bits"]), bits);
@@ -120,6 +123,9 @@ fn every_option_of_encode_does_something() {
     };
     for option in [
         "--position-bits 10",
+        "--position-bits auto:0.01",
+        "--lattice-step 0.0625",
+        "--weld 0.2",
         "--base-vertices 90",
         "--profile small",
         "--profile fine",
@@ -146,6 +152,69 @@ fn every_option_of_encode_does_something() {
     }
     folder.run("encode m.ply -o weld.uwm --weld none --max-memory 1G").succeeded();
     assert_eq!(folder.info("weld.uwm")["input"]["conditioning"]["welded_vertices"], 0);
+}
+
+/// A torus of triangles that share no vertices, each corner elsewhere by less than anyone sees.
+fn loose_torus() -> IndexedMesh {
+    let torus = shapes::torus(30, 20);
+    let corners = torus.triangles.as_flattened().iter().enumerate();
+    let positions =
+        corners.map(|(k, &v)| torus.positions[v as usize].map(|x| x + k as f64 * 1e-12)).collect();
+    IndexedMesh::new(positions, (0..1200).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect())
+}
+
+#[test]
+fn nearly_equal_vertices_are_told_and_joined() {
+    let folder = Folder::new();
+    folder.mesh("m.ply", &loose_torus());
+    let apart = folder.run("encode m.ply -o m.uwm --base-vertices 100 --json").json();
+    let warnings = apart["warnings"].as_array().unwrap();
+    assert!(
+        warnings.iter().any(|w| {
+            let text = w.as_str().unwrap();
+            text.starts_with("1,200 parts would be 1 if") && text.contains("--weld lattice")
+        }),
+        "{warnings:?}"
+    );
+    assert_eq!(apart["joined"]["vertices"], 0);
+    for weld in ["lattice", "0.00001"] {
+        let json =
+            folder.run(&format!("encode m.ply -o m.uwm --base-vertices 100 --json --weld {weld}")).json();
+        assert_eq!(json["warnings"], serde_json::json!([]));
+        // 3,600 corners, all in other places, of 600 vertices.
+        assert_eq!((&json["joined"]["vertices"], &json["joined"]["parts"]), (&3000.into(), &1.into()));
+        assert_eq!(json["input"]["conditioning"]["joined_vertices"], 3000);
+        assert!(json["joined"]["max_distance"].as_f64().unwrap() <= 3600.0 * 1e-12 * 2.0);
+        assert_eq!(json["vertices"], 600);
+        folder.run("verify m.uwm m.ply -q").succeeded();
+        folder.run(&format!("encode m.ply -o m.uwm --weld {weld} --keep-order -q")).succeeded();
+        folder.run("verify m.uwm m.ply -q").succeeded();
+        let run = folder.run(&format!("encode m.ply -o m.uwm --base-vertices 100 --weld {weld}")).succeeded();
+        assert!(run.text().contains("3,000 nearly equal vertices (joined)"), "{}", run.text());
+        assert!(run.text().contains("without --exact they stay so"), "{}", run.text());
+        let run =
+            folder.run(&format!("encode m.ply -o m.uwm --weld {weld} --exact --keep-order")).succeeded();
+        assert!(run.text().contains("level 0 has them apart again"), "{}", run.text());
+        assert_eq!(folder.info("m.uwm")["vertices"], 3600);
+        folder.run("verify m.uwm m.ply -q").succeeded();
+    }
+}
+
+#[test]
+fn what_keeps_neighbours_from_being_equal_is_told() {
+    let folder = Folder::with_sphere();
+    let warnings = |arguments: &str| -> Vec<String> {
+        let json = folder.run(&format!("encode sphere.ply -o s.uwm --json {arguments}")).json();
+        json["warnings"].as_array().unwrap().iter().map(|w| w.as_str().unwrap().to_owned()).collect()
+    };
+    assert!(warnings("--lattice-step 0.0078125 --lattice-origin -8,0,0.5").is_empty());
+    let rounded = warnings("--lattice-step 0.01");
+    assert!(rounded.len() == 1 && rounded[0].contains("a power of two, such as 0.0078125"), "{rounded:?}");
+    let preview = warnings("--lattice-step 0.0078125 --preview coarse");
+    assert!(preview.len() == 1 && preview[0].contains("--preview coarse"), "{preview:?}");
+    let info = folder.info("s.uwm");
+    assert_eq!(info["lattice"]["step"], 0.0078125);
+    assert_eq!(info["input"]["settings"]["lattice-step"], "0.0078125");
 }
 
 /// The command's profiles are the library's: nothing that one of them settles is overruled by an argument not given.

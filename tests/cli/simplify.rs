@@ -36,6 +36,7 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
     let expected = [
         "dropped",
         "input",
+        "joined_vertices",
         "max_error",
         "max_error_percent",
         "rms_error",
@@ -162,6 +163,28 @@ fn what_cannot_be_reached_is_told() {
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 0 0\nf 1 2 3\n");
     let run = folder.run("simplify flat.obj -o out.ply --faces 5");
     run.failed(1, "flat.obj: no triangle is left: all are degenerate");
+}
+
+#[test]
+fn nearly_equal_vertices_can_be_joined() {
+    // A grid of two squares that do not quite meet: apart, no vertex can go.
+    let folder = Folder::new();
+    folder.write(
+        "m.obj",
+        "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv 1.00001 0 0\nv 2 0 0\nv 2 1 0\nv 1.00001 1 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\n",
+    );
+    let joined = |weld: &str| {
+        let json = folder.run(&format!("simplify m.obj -o out.ply --faces 4 --weld {weld} --json")).json();
+        (json["joined_vertices"].as_u64().unwrap(), json["vertices"].as_u64().unwrap())
+    };
+    // The two pairs are 0.00001 apart, on one point of the lattice, 8192: its step is 2 / 16383.
+    assert_eq!([joined("exact"), joined("0.001"), joined("0.000005")], [(0, 8), (2, 6), (0, 8)]);
+    // A triangle of each stays.
+    let run = folder.run("simplify m.obj -o out.ply --faces 1");
+    assert_eq!(run.code, 0);
+    assert!(run.err.contains("2 parts would be 1 if nearly equal vertices were one: --weld"), "{}", run.err);
+    let run = folder.run("simplify m.obj -o out.ply --faces 4 --weld 0.001").succeeded();
+    assert!(run.text().contains("joined     2 vertices with others"), "{}", run.text());
 }
 
 #[test]

@@ -23,10 +23,14 @@ pub fn correct(file: &File, whole: &mut Whole, origins: &Origins) -> Result<()> 
             again: [Model::FRESH; 4],
             on: [Model::FRESH; 4],
             off: Number::FRESH,
+            other: [Model::FRESH; 2],
+            by: Model::FRESH,
+            away: Number::FRESH,
             seen: BTreeMap::new(),
         });
     }
     let half = file.step * 0.5;
+    let places = whole.positions.clone();
     for (position, point) in whole.positions.iter_mut().zip(&origins.points) {
         let Some(q) = point else {
             demand(position.iter().all(|&x| of.round(x) == x), "10.3: a far vertex of another type")?;
@@ -37,7 +41,7 @@ pub fn correct(file: &File, whole: &mut Whole, origins: &Origins) -> Result<()> 
             position[i] = axes[i].coordinate(&mut code, q[i], p[i], half)?;
         }
     }
-    read_copies(&mut code, whole)?;
+    read_copies(&mut code, whole, &places, &mut axes, half)?;
     code.end()
 }
 
@@ -47,6 +51,9 @@ struct Axis {
     again: [Model; 4],
     on: [Model; 4],
     off: Number,
+    other: [Model; 2],
+    by: Model,
+    away: Number,
     seen: BTreeMap<i64, (f64, usize)>,
 }
 
@@ -87,7 +94,13 @@ impl Axis {
 }
 
 /// §10.4.
-fn read_copies(code: &mut Code, whole: &mut Whole) -> Result<()> {
+fn read_copies(
+    code: &mut Code,
+    whole: &mut Whole,
+    points: &[[f64; 3]],
+    axes: &mut [Axis],
+    half: f64,
+) -> Result<()> {
     let (mut count, mut steps) = (Number::FRESH, Number::FRESH);
     let n = code.unsigned(&mut count)?;
     let mut v = 0;
@@ -96,19 +109,27 @@ fn read_copies(code: &mut Code, whole: &mut Whole) -> Result<()> {
     let mut copies: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for _ in 0..n {
         v += code.unsigned(&mut steps)? as usize;
-        let axes = 1 + code.below(7)?;
         demand(v < vertices, "10.4: no such vertex")?;
-        let mut position = whole.positions[v];
-        for (i, x) in position.iter_mut().enumerate() {
-            if axes >> i & 1 == 1 {
-                demand(*x == 0.0, "10.4: no zero")?;
-                *x = -*x;
+        let mut x = whole.positions[v];
+        let mut c = 0;
+        for i in 0..3 {
+            let axis = &mut axes[i];
+            if code.read(&mut axis.other[c])? {
+                c = 1;
+                x[i] = if code.read(&mut axis.by)? {
+                    axis.of.number(axis.of.key(x[i]) + i128::from(code.signed(&mut axis.away)?))?
+                } else {
+                    axis.fresh(code, points[v][i], half)?
+                };
+                demand(x[i].is_finite(), "10.4: a coordinate that is not finite")?;
             }
         }
-        demand(before.is_none_or(|before| before < (v, axes)), "10.4: order of copies")?;
-        before = Some((v, axes));
+        demand(x.map(f64::to_bits) != whole.positions[v].map(f64::to_bits), "10.4: no copy")?;
+        let now = (v, x.map(|x| axes[0].of.key(x)));
+        demand(before.is_none_or(|before| before < now), "10.4: order of copies")?;
+        before = Some(now);
         copies.entry(v).or_default().push(whole.positions.len());
-        whole.positions.push(position);
+        whole.positions.push(x);
     }
     if n > 0 {
         let mut choice = Number::FRESH;

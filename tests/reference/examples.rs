@@ -1,7 +1,7 @@
 //! The examples of §5.7, question by question and number by number. A decimal stands for the one binary32 number it is
 //! nearest to, as in the text.
 
-use unweld::codec::correction::Correction;
+use unweld::codec::correction::{Copied, Correction};
 use unweld::codec::grid::{Grid, Real};
 use unweld::codec::order::Order;
 use unweld::codec::residue::Residue;
@@ -227,7 +227,7 @@ fn the_octahedron() {
     assert_eq!(h.slopes.map(|s| (s.products, s.squares)), [(-4.085102, 4.7791634), (41.347206, 130.20418)]);
 }
 
-/// The examples of §10.5 and §11.4: what they hold, and that the crate writes them so.
+/// The examples of §10.5, §10.6 and §11.4: what they hold, and that the crate writes them so.
 #[test]
 fn the_square_exactly_and_in_order() {
     let correction = [
@@ -260,6 +260,22 @@ fn the_square_exactly_and_in_order() {
     let corrected = agree(&file(vec![atom(CORRECTION, 0, 0, 0, &correction)])).unwrap().whole;
     assert_eq!(bits(&corrected.positions), bits(&positions));
     assert_eq!(corrected.triangles, triangles);
+
+    // §10.6: a copy of A at the second triangle, one of C at the first.
+    let copies = vec![
+        Copied { vertex: 0, position: [0.0, 0.0, -0.0] },
+        Copied { vertex: 2, position: [2.551, 2.55, 0.0] },
+    ];
+    let with_copies = Correction { copies, corners: vec![(0, 1), (4, 0)], ..told };
+    let payload = [
+        0x94, 0x1A, 0xB9, 0x2D, 0x99, 0xCC, 0x4B, 0xED, 0x5D, 0x4E, 0x18, 0x9E, 0xA2, 0xFB, 0x2F, 0x1C, 0x5B,
+        0x65, 0xC9, 0xD8, 0x40,
+    ];
+    assert_eq!(with_copies.encode(&whole, &lattice).unwrap(), payload);
+    let copied = agree(&file(vec![atom(CORRECTION, 0, 0, 0, &payload)])).unwrap().whole;
+    let all = [&positions[..], &[[0.0, 0.0, -0.0], [2.551, 2.55, 0.0]]].concat();
+    assert_eq!(bits(&copied.positions), bits(&all));
+    assert_eq!(copied.triangles, [[5, 0, 1], [3, 4, 2]]);
 
     // D, A, B, C and A once more; the second triangle first, with the other A.
     let told = Order { vertices: vec![3, 0, 1, 2, 0], triangles: vec![[4, 3, 0], [1, 2, 3]] };

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
+use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::simplify::Method;
 
@@ -51,6 +52,14 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
     }
     disc.triangles[0][0] = n + 1;
     disc.triangles.rotate_left(5);
+    // Corners that are a little, and in part nearly a lattice step, away from where their vertex is.
+    let mut loose = snapped(shapes::torus(6, 5));
+    for (k, t) in loose.triangles.iter_mut().enumerate().filter(|(k, _)| k % 3 == 0) {
+        let mut p = loose.positions[t[k % 2] as usize];
+        p[k % 3] += if k % 2 == 0 { 2f64.powi(-40) } else { 2f64.powi(-9) };
+        t[k % 2] = loose.positions.len() as u32;
+        loose.positions.push(p);
+    }
     let mut sphere = Options { preview: Preview::Schedule(vec![1, 2, 5]), ..small(12, 6, 2) };
     sphere.simplify.method = Method::Ffc;
     vec![
@@ -59,6 +68,11 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
         ("torus.uwm", torus, Options { keyframes: Keyframes::Every(4), ..small(10, 12, 3) }),
         ("sphere.uwm", snapped(shapes::sphere(1)), Options { keyframes: Keyframes::Every(3), ..sphere }),
         ("exact.uwm", disc.clone(), Options { exact: Some(Real::Binary32), ..small(9, 4, 4) }),
+        (
+            "joined.uwm",
+            loose,
+            Options { exact: Some(Real::Binary64), weld: Weld::Within(0.01), ..small(9, 6, 6) },
+        ),
         (
             "order.uwm",
             disc,
@@ -155,6 +169,10 @@ fn they_are_what_the_read_me_says() {
     let beyond =
         |name| [CORRECTION, ORDER].map(|kind| !File::read(&load(name)).unwrap().payload(kind, 0).is_empty());
     assert_eq!([beyond("exact.uwm"), beyond("order.uwm")], [[true, false], [true; 2]]);
+    // Joined they are one closed surface again: 60 triangles, 30 vertices.
+    let joined = File::read(&load("joined.uwm")).unwrap();
+    assert_eq!((joined.levels[0].vertices, joined.levels[0].triangles), (30, 60));
+    assert_eq!((beyond("joined.uwm"), joined.levels.len()), ([true, false], 9));
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
 }
 

@@ -6,6 +6,8 @@
 mod census;
 mod classes;
 mod complex;
+mod near;
+mod sets;
 mod weld;
 
 use bitvec::vec::BitVec;
@@ -14,12 +16,14 @@ pub use census::{Census, census};
 pub use classes::{VertexClass, classify};
 pub use weld::Weld;
 #[cfg(feature = "cli")]
-pub(crate) use weld::representatives;
+pub(crate) use weld::first_in_place;
 
 use self::complex::Complex;
+use self::sets::Sets;
 use super::corner_table::CornerTable;
 use super::index::{CornerMap, Vertex};
 use super::indexed::IndexedMesh;
+use super::lattice::{self, Lattice};
 
 /// An oriented manifold, made from any triangles without losing one.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -48,9 +52,9 @@ pub struct Conditioned {
 /// Where the parts of a [`Conditioned`] mesh were in the input.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Origins {
-    /// For each vertex of the input the first one that is the same.
+    /// For each vertex of the input the one that stands for it ([`Weld::representatives`]).
     pub same: Vec<u32>,
-    /// For each vertex of the table the vertex of the input: the first of those that are the same.
+    /// For each vertex of the table the vertex of the input that stands for it.
     pub vertices: Vec<Vertex>,
     /// The same for the vertices in no triangle of the table.
     pub extras: Vec<Vertex>,
@@ -67,6 +71,8 @@ pub struct ConditioningReport {
     pub input_triangles: usize,
     /// Vertices replaced by an earlier one in the same place.
     pub welded_vertices: usize,
+    /// Different places that are one with another one: that so many vertices, after welding what is equal, were joined.
+    pub joined_vertices: usize,
     /// Triangles with two corners on one vertex: residue.
     pub degenerate_triangles: usize,
     /// Triangles with the same vertices as an earlier one, in whichever orientation: residue.
@@ -89,12 +95,27 @@ pub struct ConditioningReport {
     pub census: Census,
 }
 
-/// Makes an oriented manifold of any triangles; takes time n log n.
+/// As [`condition_on`], the lattice being that of [`Lattice::DEFAULT_BITS`] over the mesh.
 ///
 /// # Panics
 /// Where a triangle names a vertex that does not exist, see [`IndexedMesh::triangles`].
 pub fn condition(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
-    let same = weld::representatives(&mesh.positions, weld);
+    let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
+    let (min, max) = lattice::bounds(used).unwrap_or_default();
+    condition_on(mesh, weld, &Lattice::over(min, max, Lattice::DEFAULT_BITS))
+}
+
+/// Makes an oriented manifold of any triangles; takes time n log n.
+///
+/// # Panics
+/// Where a triangle names a vertex that does not exist, see [`IndexedMesh::triangles`].
+pub fn condition_on(mesh: &IndexedMesh, weld: Weld, lattice: &Lattice) -> Conditioned {
+    let same = weld.representatives(mesh, lattice);
+    let others = |same: &[u32]| (0..).zip(same).filter(|&(v, &other)| v != other).count();
+    let welded_vertices = match weld {
+        Weld::Exact | Weld::None => others(&same),
+        Weld::Lattice | Weld::Within(_) => others(&weld::first_in_place(&mesh.positions)),
+    };
     let sorted_out = weld::set_aside(&mesh.triangles, &same);
     let (mut complex, nonmanifold_edges) = Complex::pair(CornerMap(sorted_out.kept));
     let (flipped, nonorientable_edges) = complex.orient();
@@ -110,7 +131,8 @@ pub fn condition(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
         report: ConditioningReport {
             input_vertices: mesh.positions.len(),
             input_triangles: mesh.triangles.len(),
-            welded_vertices: (0..).zip(&same).filter(|&(v, &first)| v != first).count(),
+            welded_vertices,
+            joined_vertices: others(&same) - welded_vertices,
             degenerate_triangles: sorted_out.degenerate,
             repeated_triangles: sorted_out.repeated,
             isolated_vertices: 0,
@@ -135,6 +157,26 @@ pub fn condition(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
 }
 
 impl Conditioned {
+    /// How many parts the manifold has if vertices hold together that are the same, or, with a lattice, that have the same
+    /// point of it.
+    pub fn parts(&self, lattice: Option<&Lattice>) -> usize {
+        let mut sets = Sets::new(self.positions.len());
+        for t in self.table.triangles() {
+            let [a, b, c] = self.table.triangle(t);
+            sets.unite(a.0, b.0);
+            sets.unite(b.0, c.0);
+        }
+        let mut places: Vec<([i32; 3], u32)> = match lattice {
+            Some(lattice) => self.positions.iter().map(|&p| lattice.quantise(p)).zip(0..).collect(),
+            None => self.origins.vertices.iter().map(|v| [v.0 as i32, 0, 0]).zip(0..).collect(),
+        };
+        places.sort_unstable();
+        for pair in places.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
+            sets.unite(pair[0].1, pair[1].1);
+        }
+        sets.count()
+    }
+
     /// Turns the vertices of the residue from input vertices into places in `positions` and `extras`.
     fn place_residue(&mut self, input: &[[f64; 3]]) {
         let mut places = vec![u32::MAX; input.len()];

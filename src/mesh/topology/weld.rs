@@ -1,26 +1,104 @@
 //! The first steps of conditioning: vertices in the same place become one; triangles no manifold can hold step aside.
 
+use std::fmt;
+use std::str::FromStr;
+
 use bitvec::vec::BitVec;
 
-use crate::mesh::buckets;
+use super::near;
+use crate::error::Error;
 use crate::mesh::index::Vertex;
+use crate::mesh::{IndexedMesh, Lattice, buckets};
 
 /// Which vertices of the input are the same vertex.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Weld {
     /// Those with exactly equal coordinates; -0.0 equals 0.0, and a NaN equals a NaN of the same bits.
     #[default]
     Exact,
     /// Those with the same index.
     None,
+    /// Those whose nearest lattice point is the same. Two vertices however close may lie on two sides of the middle between
+    /// lattice points; where that must not matter, [`Weld::Within`] is for them.
+    Lattice,
+    /// Those that a chain of vertices joins, each at most so far from the next: finite, at least 0. (Where surfaces nearly
+    /// that far apart are sampled very much more densely than that, a few links may be up to three times as long.)
+    Within(f64),
 }
 
-/// For each vertex the first one that is the same.
-pub(crate) fn representatives(positions: &[[f64; 3]], weld: Weld) -> Vec<u32> {
-    let mut same: Vec<u32> = (0..positions.len() as u32).collect();
-    if weld == Weld::None {
-        return same;
+impl Weld {
+    /// For each vertex the one that stands for it, itself or another one that is the same: the first of those with equal
+    /// coordinates; of nearly equal ones the one with the least x, then y, then z, if possible one that is used by a triangle.
+    /// So it does not hang on the order of the vertices. Takes time n log n.
+    ///
+    /// # Panics
+    /// Where a triangle names a vertex that does not exist.
+    pub fn representatives(self, mesh: &IndexedMesh, lattice: &Lattice) -> Vec<u32> {
+        let positions = &mesh.positions;
+        if self == Self::None {
+            return (0..positions.len() as u32).collect();
+        }
+        let mut same = first_in_place(positions);
+        let distinct: Vec<u32> = (0..).zip(&same).filter(|&(v, &first)| v == first).map(|(v, _)| v).collect();
+        let places: Vec<[f64; 3]> = distinct.iter().map(|&v| positions[v as usize]).collect();
+        let mut sets = match self {
+            Self::Lattice => near::on_lattice(&places, lattice),
+            Self::Within(distance) if distance > 0.0 => near::within(&places, distance),
+            _ => return same,
+        };
+        let mut used: BitVec = BitVec::repeat(false, positions.len());
+        for &v in mesh.triangles.as_flattened() {
+            used.set(same[v as usize] as usize, true);
+        }
+        let rank = |v: u32| (!used[v as usize], positions[v as usize].map(|x| x + 0.0));
+        // For each set the number that stands for it has the vertex that does.
+        let mut chosen = distinct.clone();
+        for (k, &v) in (0..).zip(&distinct) {
+            let best = &mut chosen[sets.find(k) as usize];
+            if rank(v) < rank(*best) {
+                *best = v;
+            }
+        }
+        let mut stands_for = vec![0; positions.len()];
+        for (k, &v) in (0..).zip(&distinct) {
+            stands_for[v as usize] = chosen[sets.find(k) as usize];
+        }
+        same.iter_mut().for_each(|v| *v = stands_for[*v as usize]);
+        same
     }
+}
+
+/// As it is given on the command line.
+impl fmt::Display for Weld {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Exact => f.write_str("exact"),
+            Self::None => f.write_str("none"),
+            Self::Lattice => f.write_str("lattice"),
+            Self::Within(distance) => write!(f, "{distance}"),
+        }
+    }
+}
+
+impl FromStr for Weld {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        match (text, text.parse::<f64>()) {
+            ("exact", _) => Ok(Self::Exact),
+            ("none", _) => Ok(Self::None),
+            ("lattice", _) => Ok(Self::Lattice),
+            (_, Ok(distance)) if distance.is_finite() && distance >= 0.0 => Ok(Self::Within(distance)),
+            _ => Err(Error::Parameter(
+                "exact, none, lattice, or a distance of at least 0 such as 0.001".into(),
+            )),
+        }
+    }
+}
+
+/// For each vertex the first one with equal coordinates.
+pub(crate) fn first_in_place(positions: &[[f64; 3]]) -> Vec<u32> {
+    let mut same: Vec<u32> = (0..positions.len() as u32).collect();
     // Adding 0.0 turns -0.0 into 0.0 and leaves every other number as it is.
     let bits = |v: u32| positions[v as usize].map(|x| (x + 0.0).to_bits());
     let mut keys: Vec<(u64, u32)> = same.iter().map(|&v| (mix(bits(v)), v)).collect();

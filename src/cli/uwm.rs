@@ -114,8 +114,10 @@ impl Uwm {
             bail!("{name}: there is no level {level}: the levels are 0 (finest) to {base} (base)");
         }
         let contents = &self.contents;
-        let beyond = if level == 0 { contents.bytes(contents.beyond_mesh()).end } else { 0 };
-        let end = contents.bytes(contents.steps(level)).end.max(beyond);
+        // What is known of a mesh is no part of it: metadata may be missing.
+        let beyond = [contents.residue(), contents.correction(), contents.order()];
+        let ends = beyond.into_iter().filter(|_| level == 0).map(|atoms| contents.bytes(atoms).end);
+        let end = ends.fold(contents.bytes(contents.steps(level)).end, u64::max);
         let Some(there) = self.cut().filter(|&there| there < end) else { return Ok(()) };
         let (finest, missing) = (self.finest_level(&self.prefix(there)?), count(end - there, "byte"));
         bail!(

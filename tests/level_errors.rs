@@ -154,8 +154,8 @@ fn the_largest_error_holds_with_coarse_coordinates() {
 /// Told are the distances of vertices, measured those of the whole surface: of one kind, not the same.
 #[test]
 fn the_mean_error_is_near_the_larger_of_both_ways() {
-    // All vertices of the saddle lie on straight lines of it: theirs is no measure of the rest.
-    for (name, mesh) in synthetic().into_iter().filter(|(name, _)| *name != "saddle") {
+    // Vertices of the saddle lie on straight lines of it, those of the handles on flat faces: theirs is no measure of the rest.
+    for (name, mesh) in synthetic().into_iter().filter(|(name, _)| !["saddle", "handles"].contains(name)) {
         for level in levels(&mesh, options(12), 20_000, |level| level == 0) {
             let ratio = SurfaceDistance::symmetric(level.ways).rms / level.rms;
             assert!((0.2..=2.0).contains(&ratio), "{name}, level {}: {ratio:.3}", level.level);

@@ -108,9 +108,9 @@ pub enum Event {
     Level {
         /// Its number.
         level: u32,
-        /// Largest distance of the input from its surface.
+        /// How far its surface and the input's are apart at most, both ways: [`Level::max_error`](crate::container::Level::max_error).
         max_error: f64,
-        /// Root mean square distance of the input from its surface.
+        /// Root mean square distance of the input's vertices from it: [`Level::rms_error`](crate::container::Level::rms_error).
         rms_error: f32,
     },
     /// Level 0's residue is known: see [`Decoder::assembled`].

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use unweld::decoder::{self, Decoder, Event};
 use unweld::encoder::{Encoder, Keyframes, Options};
 use unweld::formats::{self, Format, Source};
-use unweld::mesh::distance::surface_distance;
+use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::Weld;
 use unweld::simplify::Method;
 
@@ -92,8 +92,10 @@ fn the_error_of_a_level_is_its_distance() {
                 if level % 5 != 0 {
                     continue;
                 }
-                let measured =
-                    surface_distance(&source.mesh, &decoder.assembled().unwrap(), 30_000, 7).unwrap();
+                let sampling = Sampling { samples: 30_000, seed: 7, ..Sampling::default() };
+                let level_mesh = decoder.assembled().unwrap();
+                let ways = surface_distances(&source.mesh, &level_mesh, &sampling, &mut |_, _| {});
+                let measured = SurfaceDistance::symmetric(ways.unwrap());
                 let ratios = (max_error / measured.max, f64::from(rms_error) / measured.rms);
                 for ratio in [ratios.0, ratios.1] {
                     assert!(

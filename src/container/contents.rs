@@ -15,9 +15,11 @@ pub struct Level {
     pub triangles: u32,
     /// How many low bits of every coordinate this level lacks; at most 24, 0 at level 0.
     pub precision: u32,
-    /// Largest distance from the input's surface, in the units of the input; finite.
+    /// Largest distance of a point of either surface, the level or the input without its residue, from the other one, as the encoder found it:
+    /// within some percent a bound. In the units of the input; finite.
     pub max_error: f64,
-    /// Root mean square distance from the input's surface, in the units of the input; finite.
+    /// Root mean square distance of the input's vertices from the level, of those on the boundary from its boundary, each weighted by the
+    /// area round it; in the units of the input; finite.
     pub rms_error: f32,
 }
 

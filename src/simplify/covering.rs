@@ -1,5 +1,7 @@
-//! Which triangle covers each removed vertex, and how far off: the level's error is tracked while simplifying.
+//! Which triangle covers each removed vertex, and how far off: the level's error is tracked while simplifying. What vertices do not tell,
+//! the edges' paths do.
 
+use super::paths::Paths;
 use super::removal::Places;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Triangle, Vertex};
@@ -14,17 +16,20 @@ pub struct Covering {
     weights: Vec<f32>,
     /// Squared distance of each vertex from the triangle that covers it; 0 for those of the mesh.
     distances: Vec<f32>,
+    /// Where the edges run on the input.
+    pub paths: Paths,
     /// Room for the triangles of one star.
     patches: Vec<Patch>,
 }
 
-/// How far the input is from a level.
+/// How far a level and the input are apart, in the input's units; but for the input's residue, which levels do not have.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
-    /// Largest distance of an input vertex from the level's surface, in the input's units: that from the surface before its vertices
-    /// are moved to the lattice, and the largest move.
+    /// Largest distance of a point of either surface from the other one: a bound before the level's vertices are moved to the lattice,
+    /// and the largest move. Where the bound would decide on the level's, it is measured at points, to some percent.
     pub max: f64,
-    /// Root of the mean squared distance, each vertex weighted by the area round it; moves to the lattice count as they are expected.
+    /// Root of the mean squared distance of the input's vertices from the level, of those on the boundary from the level's boundary, each
+    /// weighted by the area round it; moves to the lattice count as they are expected.
     pub rms: f64,
 }
 
@@ -47,6 +52,7 @@ impl Covering {
             next: vec![NONE; count],
             weights,
             distances: vec![0.0; count],
+            paths: Paths::new(table),
             patches: Vec::new(),
         }
     }
@@ -58,6 +64,11 @@ impl Covering {
             out.push(Vertex(at));
             at = self.next[at as usize];
         }
+    }
+
+    /// The largest squared distance known in a star whose vertices have been taken off: of these and of the edges' paths.
+    pub fn known(&self, star: &[Triangle], vertices: &[Vertex]) -> f32 {
+        vertices.iter().map(|v| self.distances[v.index()]).fold(self.paths.known(star), f32::max)
     }
 
     /// Puts each vertex on one of some neighbouring triangles: the one it is led to across edges that it lies beyond, or the nearest
@@ -97,11 +108,14 @@ impl Covering {
         self.patches = patches;
     }
 
-    /// Distance of the input from the level as it stands, its vertices moved to the lattice, in the input's units.
-    pub fn error(&self, places: &Places) -> LevelError {
-        let (mut max, mut sum, mut total) = (0.0f32, 0.0, 0.0);
-        for (&squared, &weight) in self.distances.iter().zip(&self.weights) {
-            max = max.max(squared);
+    /// How far the level as it stands and the input are apart, the level's vertices moved to the lattice.
+    pub fn error(&mut self, table: &CornerTable, places: &Places) -> LevelError {
+        let most = self.distances.iter().fold(0.0f32, |most, &squared| most.max(squared));
+        let max = self.paths.farthest(table, places, most);
+        let (mut sum, mut total) = (0.0, 0.0);
+        let outline = self.paths.outline().iter();
+        for ((&squared, &outline), &weight) in self.distances.iter().zip(outline).zip(&self.weights) {
+            let squared = squared.max(outline);
             sum += f64::from(weight) * f64::from(squared);
             total += f64::from(weight);
         }

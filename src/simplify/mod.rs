@@ -8,7 +8,9 @@
 mod covering;
 mod frame;
 mod level;
+mod nearest;
 mod parity;
+mod paths;
 mod polygon;
 mod quadric;
 mod removal;
@@ -132,7 +134,7 @@ pub fn simplify(
     };
     let mut errors = Vec::new();
     let mut measure = |remover: &mut Remover| {
-        let (error, seconds) = timed(|| remover.covering.error(&remover.places));
+        let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
         errors.push(error);
         remover.watch.seconds.measure += seconds;
     };

@@ -198,7 +198,14 @@ impl<'a> Remover<'a> {
         }
         let solved = star.solve(|i, j| self.price(&star, i, j));
         let Some(best) = solved.shape.triangulation() else { return (f32::INFINITY, Shape::NONE) };
-        let distortion = self.distortion(v, &star, star.foot(best.triangles.iter()));
+        // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles.
+        let sides = star.ring().len();
+        let foot = if star.boundary {
+            star.foot([[0, 0, sides - 1]].into_iter())
+        } else {
+            star.foot(best.triangles.iter())
+        };
+        let distortion = self.distortion(v, &star, foot);
         ((self.alpha * distortion + self.beta * f64::from(solved.cost)) as f32, solved.shape)
     }
 
@@ -352,11 +359,14 @@ impl<'a> Remover<'a> {
         for &t in &star {
             self.covering.take(t, &mut covered);
         }
+        let known = f64::from(self.covering.known(&star, &covered));
+        let bound = (known.sqrt() + plan.star.thickness()).powi(2) as f32;
         star.retain(|t| t.index() < self.table.slots() && self.table.is_live(*t));
         if star.is_empty() {
             star.push(inner.triangle());
         }
         self.covering.put(&self.table, &self.places, &covered, &star);
+        self.covering.paths.renew(&self.table, &star, bound);
         star.clear();
         covered.clear();
         self.room = (star, covered);

@@ -52,6 +52,12 @@ pub fn point_triangle_distance_squared(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -
     if over_ab > 0.0 && over_bc > 0.0 && over_ca > 0.0 { inside.min(edges) } else { edges }
 }
 
+/// The squared distance of `p` from the nearest point of the segment `a b`, which may be a point.
+#[inline]
+pub fn point_segment_distance_squared(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    segment_distance_squared(p - a, b - a)
+}
+
 /// The squared distance of `p` from the segment from the origin to `end`, which may be a point.
 fn segment_distance_squared(p: DVec3, end: DVec3) -> f64 {
     let length_squared = end.length_squared();

@@ -307,7 +307,7 @@ mod tests {
 
     #[test]
     fn decimals_of_binary32_where_they_keep_the_lattice() {
-        let mesh = |x| IndexedMesh::new(vec![[x, 0.5, 0.25]], vec![]);
+        let mesh = |x| IndexedMesh::new(vec![[x, 0.0, 1.0]], vec![]);
         let lattice = Lattice::over([1000.0, 0.0, 0.0], [1001.0, 1.0, 1.0], 12);
         let on_lattice = lattice.position([2048, 1, 1])[0];
         let text = |bits| {

@@ -14,7 +14,8 @@ export interface DecodeOptions extends Settings, SourceOptions {
  * for await (const delta of decode("bunny.uwm")) console.log(delta.triangles);
  * ```
  *
- * Errors: `FormatError`, `LimitError`, `HttpError`, `ConnectionError`, and the reason of the signal. Whatever it is, the deltas before it
+ * Errors: `FormatError`, `LimitError`, `HttpError`, `ConnectionError`, and the reason of the signal; at once a `TypeError` for an option that there is
+ * not. Whatever it is, the deltas before it
  * make a valid mesh.
  */
 export declare function decode(input: Input, options?: DecodeOptions): MeshStream;

@@ -27,12 +27,14 @@ export declare class HttpError extends UnweldError {
     readonly status: number;
     constructor(url: string, status: number, text: string);
 }
-/** The connection was lost and could not be made again. Iterating once more goes on from `received`. */
+/** The connection was lost and could not be made again, or the server has no more of the file. Iterating once more goes on from `received`. */
 export declare class ConnectionError extends UnweldError {
     name: string;
     /** Bytes of the file received so far. */
     readonly received: number;
-    constructor(url: string, received: number, cause: unknown);
+    /** Bytes that are wanted of it, `null` where that is not known yet. */
+    readonly wanted: number | null;
+    constructor(url: string, received: number, wanted: number | null, cause: unknown);
 }
 /** A fault as the decoder reports it. */
 export interface Fault {

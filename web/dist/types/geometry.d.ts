@@ -1,9 +1,18 @@
 import { BufferAttribute, BufferGeometry } from "three";
 import type { Contents, Delta, Level, MeshStream, Until } from "./unweld.js";
-/** What `UnweldGeometry` dispatches. */
+/** What `UnweldGeometry` dispatches when it has changed. */
 export interface RefineEvent {
     type: "refine";
     delta: Delta;
+}
+/** All that `UnweldGeometry` dispatches: `complete` when all that is wanted is there or a prefix has ended, `error` when it will not be. */
+export interface GeometryEvents {
+    refine: RefineEvent;
+    complete: object;
+    error: {
+        error: unknown;
+    };
+    dispose: object;
 }
 /** Settings of a geometry. */
 export interface GeometryOptions {
@@ -12,11 +21,11 @@ export interface GeometryOptions {
     /** Whether it waits for `want`. */
     waits?: boolean;
 }
-/** A geometry that deltas are applied to. Attributes have room for more than `drawRange` shows. */
-export declare class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, {
-    refine: RefineEvent;
-    dispose: object;
-}> {
+/**
+ * A geometry that deltas are applied to. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
+ * Bounding box and sphere are those of the whole file from the first; computed anew, they are of what has arrived.
+ */
+export declare class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, GeometryEvents> {
     #private;
     /** What the file holds, once known. */
     contents: Contents | null;
@@ -34,7 +43,10 @@ export declare class UnweldGeometry extends BufferGeometry<Record<string, Buffer
      * level here, only if that is more than half of it.
      */
     room: number | null;
-    /** When all that is wanted first is there. */
+    /**
+     * When all that is wanted first is there, or the prefix of a file has ended (`last.prefix`). Rejected with an `AbortError` where the geometry is
+     * disposed of before.
+     */
     readonly complete: Promise<void>;
     /** Follows a stream. */
     constructor(stream: MeshStream, { morph, waits }?: GeometryOptions);

@@ -1,5 +1,5 @@
 import type { Settings, Until } from "./types.js";
-/** What has changed, in arrays of its own. */
+/** What has changed, in arrays of its own. The module tells which fields there are; a test compares these with them. */
 export interface Changes {
     vertices: number;
     triangles: number;

@@ -1,4 +1,4 @@
-import type { Level } from "./types.js";
+import type { Level, Measure } from "./types.js";
 /** What the planner wants to know of a mesh. */
 export interface Standing {
     /** Its levels by number, from the table of contents; `null` before that is known. */
@@ -7,6 +7,8 @@ export interface Standing {
     readonly scale: number;
     /** The finest level that has arrived, `null` before the base has. */
     readonly arrived: number | null;
+    /** The finest level that there is to be had, where the file has ended as a prefix. */
+    readonly last?: number;
     /** Its goal as it was decided last, `null` if it never was. */
     readonly goal: number | null;
     /** The level that it is read up to now, `null` where it is not read. */
@@ -16,6 +18,8 @@ export interface Standing {
 export interface Rules {
     /** The largest error on the screen that is good enough, in pixels. */
     readonly pixels: number;
+    /** Which error of a level that is; `"max"` where nothing is said. */
+    readonly measure?: Measure;
     /** A mesh goes down when a coarser level has at most this share of that error; from 0 to 1. */
     readonly slack: number;
     /** Bytes of all geometries together. */
@@ -48,4 +52,6 @@ export interface Decision {
 /** Decides. It remembers nothing: goals and turns are given back to it. */
 export declare function decide(meshes: readonly Standing[], rules: Rules): Decision;
 /** The coarsest level with at most this error in the units of the mesh; 0 where none is so close. */
-export declare function levelWithin(levels: readonly Level[], error: number): number;
+export declare function levelWithin(levels: readonly Level[], error: number, measure?: Measure): number;
+/** One of the errors of a level. */
+export declare function errorOf({ maxError, rmsError }: Level, measure?: Measure): number;

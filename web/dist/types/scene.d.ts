@@ -1,18 +1,18 @@
 import { Sphere, type Camera, type Mesh, type Object3D } from "three";
 import type { UnweldGeometry } from "./geometry.js";
-import { type Decision, type Rules } from "./unweld.js";
+import { type Decision, type Measure, type Rules } from "./unweld.js";
 /**
  * Pixels that a unit of length in the space of an object takes on the screen, where the object's bounding sphere is nearest to the camera;
  * 0 where it is not in view. `height`: of the picture, in pixels. World matrices are taken as they are.
  */
 export declare function pixelsPerUnit(object: Object3D, sphere: Sphere, camera: Camera, height: number): number;
-/** The error in pixels of what a mesh shows now, at most: of its level's largest error; `Infinity` while nothing is shown, 0 out of view. */
-export declare function pixelError(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number): number;
+/** The error in pixels of what a mesh shows now, its largest or by another measure; `Infinity` while nothing is shown, 0 out of view. */
+export declare function pixelError(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number, measure?: Measure): number;
 /**
  * The coarsest level of a mesh whose error is at most so many pixels, for `geometry.want`; `null` before its table of contents is known. With
  * `slack` below 1 it goes down from the level wanted last only to one of at most this share of the error.
  */
-export declare function levelFor(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number, pixels?: number, slack?: number): number | null;
+export declare function levelFor(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number, pixels?: number, slack?: number, measure?: Measure): number | null;
 /**
  * Lets several meshes share line and memory. Their geometries come from `UnweldLoader.open`.
  *
@@ -36,6 +36,8 @@ export declare class UnweldPlanner {
     pixels: number;
     /** Bytes of all geometries together. */
     budget: number;
+    /** Which error of a level that is: the largest, where nothing is said. */
+    measure: Measure;
     slack: number;
     lanes: number;
     segment: number;

@@ -15,7 +15,8 @@ export interface Decoding {
     show(level: number | null): Promise<Delta>;
     close(): void;
 }
-export type Ended = "no" | "for now" | "for good";
+/** `"prefix"`: for good, and what there is of the file is all that there was to be. */
+export type Ended = "no" | "for now" | "for good" | "prefix";
 export declare class Session implements Decoding {
     #private;
     constructor(settings: Settings);

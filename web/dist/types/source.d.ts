@@ -6,8 +6,12 @@ export interface SourceOptions {
     retries?: number | undefined;
     /** For requests that this package makes. */
     request?: RequestInit | undefined;
+    /** What makes those requests, `fetch` by default. */
+    fetch?: typeof globalThis.fetch | undefined;
     /** Bytes to ask for first, when only a part will be wanted; by default the answer is cut off where it is no longer wanted. */
     head?: number | undefined;
+    /** Whether an input that ends early is a prefix of a file, and no fault; one that a server calls so (`Unweld-Bytes`) always is. */
+    prefix?: boolean | undefined;
 }
 /** Reads an input from its first byte. */
 export declare class Source {
@@ -18,6 +22,8 @@ export declare class Source {
     expected: number | null;
     /** Whether the input has ended. */
     isOver: boolean;
+    /** Whether it has ended as a prefix of the file: what is wanted is not all there, and no fault. */
+    isPrefix: boolean;
     /** Where to ask again; empty where that is impossible. */
     url: string;
     constructor(input: Input, options: SourceOptions);

@@ -5,8 +5,9 @@ import { type Until } from "./unweld.js";
 export { UnweldEdges, UnweldGeometry, type GeometryOptions, type RefineEvent } from "./geometry.js";
 export { levelFor, pixelError, pixelsPerUnit, UnweldPlanner } from "./scene.js";
 /**
- * Loads `.uwm` files. `onLoad` gets the geometry as soon as it shows something, after the first kilobytes; it is refined in place until the
- * file is complete, and dispatches `refine` each time. `geometry.complete` is a promise of that.
+ * Loads `.uwm` files. `onLoad` gets the geometry as soon as it shows something, after the first kilobytes, and then the manager is told that
+ * it is there; it is refined in place until the file is complete, and dispatches `refine` each time, `complete` or `error` at the end.
+ * `geometry.complete` is a promise of that.
  *
  * ```js
  * const geometry = await new UnweldLoader().loadAsync("bunny.uwm");
@@ -29,6 +30,12 @@ export declare class UnweldLoader extends Loader<UnweldGeometry> {
     head: number;
     /** How often in a row a lost connection is tried again. */
     retries: number;
+    /** What makes requests, if not `fetch`. */
+    fetch: typeof globalThis.fetch | undefined;
+    /** Whether a file that ends early is a prefix, and no fault. */
+    prefix: boolean;
+    /** Called whenever a geometry has changed, so that a picture can be drawn that is drawn only when it is asked for. */
+    onChange: (geometry: UnweldGeometry) => void;
     /** Where `worker.js` and `unweld.wasm` are, if not beside the script. */
     workerUrl: string | URL | undefined;
     wasmUrl: string | URL | undefined;

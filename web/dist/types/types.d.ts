@@ -40,7 +40,7 @@ export interface Level {
     readonly maxError: number;
     /** Root mean square distance of the input from its surface, in the units of the input. */
     readonly rmsError: number;
-    /** The bytes of the file, from the first, that it takes. */
+    /** The bytes of the file, from the first, that it takes; the finest with all that belongs to it: residue, exact coordinates, order, metadata. */
     readonly end: number;
 }
 /** Values of single vertices: `values` has as many numbers for each of `vertices` as the attribute has components. */
@@ -90,6 +90,8 @@ export interface Delta {
     readonly metadata: Metadata | null;
     /** Whether all that is wanted is there. */
     readonly complete: boolean;
+    /** Whether what there is of the file has ended before that, as a prefix may: `level` is as fine as it gets. Told with the last delta. */
+    readonly prefix: boolean;
 }
 /** How much the residue adds to the finest level. */
 export interface Residue {
@@ -108,13 +110,17 @@ export interface Metadata {
     readonly conditioning: readonly (readonly [string, number])[];
     readonly diagonal: number;
 }
+/** Which of a level's two errors is meant: `"max"` is `maxError`, `"rms"` is `rmsError`. */
+export type Measure = "max" | "rms";
 /** How far to decode: all where nothing is said, or by the first of these. No byte more than that takes is decoded. */
 export interface Until {
-    /** Down to this level; `Infinity` for the base alone. */
+    /** Down to this level; `Infinity` for the base alone. 0 is all, with what belongs to the finest level. */
     level?: number;
     /** Down to the coarsest level with at most this error, in the units of the input. */
     error?: number;
-    /** As long as there are at most so many triangles. */
+    /** Which error that is: the largest, where nothing is said, so that nothing lies farther off. */
+    measure?: Measure;
+    /** As long as there are at most so many triangles, those of the residue left out. */
     triangles?: number;
 }
 /** Settings of a decoder. */

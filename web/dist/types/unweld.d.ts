@@ -1,7 +1,7 @@
 /** Progressive triangle meshes (.uwm), decoded in a worker while they arrive. */
 export { decode, MeshStream, type DecodeOptions } from "./decode.js";
 export { ConnectionError, FormatError, HttpError, LimitError, UnweldError } from "./errors.js";
-export { decide, levelWithin, type Decision, type Rules, type Standing, type Step } from "./planner.js";
+export { decide, errorOf, levelWithin, type Decision, type Rules, type Standing, type Step } from "./planner.js";
 export { WorkerPool } from "./pool.js";
 export type { Input, SourceOptions } from "./source.js";
-export type { Changed, Contents, Delta, Level, Metadata, Residue, Settings, Until } from "./types.js";
+export type { Changed, Contents, Delta, Level, Measure, Metadata, Residue, Settings, Until } from "./types.js";

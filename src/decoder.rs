@@ -94,6 +94,7 @@ impl Delta {
 
 /// What [`Decoder::poll`] tells.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub enum Event {
     /// Header and table of contents are known.
     Contents(Arc<Contents>),

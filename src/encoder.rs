@@ -27,6 +27,7 @@ pub use report::{Joined, Report, Seconds};
 
 /// What the encoder is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Stage {
     /// Making a manifold of the input.
     Condition,

@@ -246,7 +246,7 @@ pub fn encode(
         let stage = match p.stage {
             Stage::Condition => "condition",
             Stage::Simplify => "simplify",
-            Stage::Code => "code",
+            _ => "code",
         };
         progress.update(stage, p.done, p.total);
         true

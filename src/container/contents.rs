@@ -35,6 +35,7 @@ impl Level {
 
 /// What an atom holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum AtomKind {
     /// A part of the base.
     Base,

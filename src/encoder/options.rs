@@ -132,6 +132,7 @@ impl Options {
 
 /// What matters most.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Profile {
     /// A balance.
     #[default]
@@ -181,6 +182,7 @@ impl Keyframes {
 /// How coarse the coordinates of coarse levels are (spec §5.6). With fewer bits at first, the first kilobytes show more
 /// triangles, and the whole file is larger by some percent. Level 0 always has all its bits.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Preview {
     /// All levels have all bits.
     #[default]

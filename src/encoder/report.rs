@@ -79,6 +79,7 @@ impl Joined {
 
 /// What an encoding did and what it took.
 #[derive(Clone, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub struct Report {
     /// What conditioning found.
     pub conditioning: ConditioningReport,

@@ -36,6 +36,7 @@ pub use write::{Precision, write_obj, write_ply, write_stl};
 
 /// A foreign mesh format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Format {
     /// Polygon File Format (Stanford, G. Turk 1994): ascii, binary little endian, binary big endian.
     Ply,

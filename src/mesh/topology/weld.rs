@@ -12,6 +12,7 @@ use crate::mesh::{IndexedMesh, Lattice, buckets};
 
 /// Which vertices of the input are the same vertex.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[non_exhaustive]
 pub enum Weld {
     /// Those with exactly equal coordinates; -0.0 equals 0.0, and a NaN equals a NaN of the same bits.
     #[default]

@@ -3,6 +3,7 @@
 
 use proptest::prelude::*;
 use std::collections::{HashMap, HashSet};
+#[cfg(feature = "formats")]
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
 use unweld::container::parse_contents;

@@ -51,7 +51,7 @@ pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
 /// Reads a payload. Vertices are numbered in walk order.
 ///
 /// # Errors
-/// [`ConnectivityError`] where the payload is damaged or not what was expected.
+/// An error of the connectivity where the payload is damaged or not what was expected.
 pub fn decode(
     payload: &[u8],
     expected: Expected,

@@ -3,7 +3,7 @@
 use super::args::Args;
 use super::cases::Case;
 use super::generate;
-use super::measure::{peak, seconds};
+use super::measure::{peak, seconds, unbounded};
 use super::tables::{Cell, Table};
 use unweld::decoder;
 use unweld::encoder::Encoder;
@@ -86,8 +86,7 @@ fn measure(case: &Case) -> anyhow::Result<Cost> {
     let (encoding, (encode, file)) =
         peak(|| seconds(|| Encoder::new(case.options()).encode_to_vec(&case.mesh)));
     let file = file?;
-    let (decoding, (decode, decoded)) =
-        peak(|| seconds(|| decoder::decode(&file, decoder::Options::default())));
+    let (decoding, (decode, decoded)) = peak(|| seconds(|| decoder::decode(&file, unbounded())));
     decoded?;
     Ok(Cost {
         triangles: case.mesh.triangles.len() as f64,

@@ -2,6 +2,8 @@
 
 use peak_alloc::PeakAlloc;
 use rustix::time::{ClockId, clock_gettime};
+use unweld::decoder;
+use unweld::limits::Limits;
 
 #[global_allocator]
 static MEMORY: PeakAlloc = PeakAlloc;
@@ -19,6 +21,13 @@ pub fn peak<T>(work: impl FnOnce() -> T) -> (usize, T) {
     MEMORY.reset_peak_usage();
     let result = work();
     (MEMORY.peak_usage().saturating_sub(before), result)
+}
+
+/// Decoding without a bound: with one, memory is asked of the system beforehand and given back, which would count although nobody
+/// touches it.
+pub fn unbounded() -> decoder::Options {
+    let limits = Limits { memory: u64::MAX, ..Limits::default() };
+    decoder::Options { limits, ..decoder::Options::default() }
 }
 
 /// The middle one, or the mean of the two in the middle; 0 of none.

@@ -213,6 +213,46 @@ fn an_order_keeps_the_limit() {
     assert!(needed < 4 << 20, "{needed}");
 }
 
+/// The tip of a cone is six vertices of the input, four of which differ by the signs of zeros alone, and a seventh that no triangle has. Corners
+/// come back to earlier ones, in an order without a rule: each has to be named among all the others.
+#[test]
+fn instances_of_a_vertex_keep_their_places() {
+    let n = 24u32;
+    let tips = [
+        [0.0, 0.0, 1.0],
+        [-0.0, 0.0, 1.0],
+        [0.0, -0.0, 1.0],
+        [-0.0, -0.0, 1.0],
+        [0.0, 0.0, 1.0],
+        [-0.0, 0.0, 1.0],
+    ];
+    let first_tip = 3;
+    let ring = |k: u32| if k % n < first_tip { k % n } else { k % n + tips.len() as u32 };
+    let mut positions: Vec<[f64; 3]> = (0..n)
+        .map(|k| f64::from(k) / f64::from(n) * std::f64::consts::TAU)
+        .map(|turn| [turn.cos(), turn.sin(), 0.0])
+        .collect();
+    positions.splice(first_tip as usize..first_tip as usize, tips);
+    positions.push([0.0, -0.0, 1.0]);
+    // Every tip is met, then met again after each of the others.
+    let turns = [0, 1, 2, 3, 4, 5, 0, 3, 1, 5, 2, 4, 0, 5, 4, 1, 3, 2, 2, 0, 4, 3, 5, 1];
+    let triangles = (0..n).map(|k| [first_tip + turns[k as usize], ring(k), ring(k + 1)]).collect();
+    let mesh = IndexedMesh::new(positions, triangles);
+    for weld in [Weld::Exact, Weld::None] {
+        let keyframes = Keyframes::All;
+        let options = Options { keep_order: true, weld, keyframes, ..exact(Real::Binary64) };
+        let file = Encoder::new(options.clone()).encode_to_vec(&mesh).unwrap();
+        for back in by_every_road(&file) {
+            assert_eq!(lists(&back), lists(&mesh));
+        }
+        // Without the exact coordinates there is still a vertex for each of the input, and triangles name the same ones.
+        let file = Encoder::new(Options { exact: None, ..options }).encode_to_vec(&mesh).unwrap();
+        for back in by_every_road(&file) {
+            assert_eq!((back.positions.len(), &back.triangles), (mesh.positions.len(), &mesh.triangles));
+        }
+    }
+}
+
 /// A vertex with thousands of triangles and of instances: no list is gone through again and again.
 #[test]
 fn a_hub_of_many_instances() {

@@ -5,9 +5,9 @@ mod common;
 
 use common::triangles;
 use unweld::Error;
-use unweld::container::{Plan, Want, parse_contents, plan, plan_from_keyframe};
+use unweld::container::{Contents, Part, Plan, Want, parse_contents, plan, plan_from_keyframe};
 use unweld::decoder::{self, Decoder, Event, Until};
-use unweld::encoder::{Encoder, Keyframes, Options, Preview};
+use unweld::encoder::{Encoder, Keyframes, Options, Preview, Profile};
 use unweld::limits::Limits;
 use unweld::mesh::{IndexedMesh, Triangle, shapes};
 use unweld::refine::Site;
@@ -228,6 +228,88 @@ fn every_plan_is_enough_and_leads_where_it_says() {
     }
     for bytes in (0..file.len() as u64).step_by(97) {
         follow(&plan(&contents, Want::Bytes(bytes)));
+    }
+}
+
+/// From each keyframe, over those that follow it, to every level that is finer: the same surface as from the base. Keyframes are
+/// where they were asked for: between two of them the levels of a segment share their models.
+#[test]
+fn every_keyframe_leads_to_every_finer_level() {
+    for (keyframes, every) in [(Keyframes::All, 1), (Keyframes::Every(2), 2)] {
+        for mesh in [shapes::bumpy_sphere(3, 1), shapes::torus_with_hole(16, 12), shapes::disc_with_ears()] {
+            let options = Options {
+                keyframes: keyframes.clone(),
+                preview: Preview::Schedule(vec![1, 2, 4]),
+                ..small()
+            };
+            let file = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+            let contents = parse_contents(&file).unwrap().unwrap();
+            let lattice = contents.header.lattice;
+            let follow = |plan: &Plan| {
+                let mut decoder = Decoder::of_plan(contents.clone(), plan, decoder::Options::default());
+                for part in &plan.parts {
+                    decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
+                }
+                while decoder.poll().unwrap().is_some() {}
+                decoder.finish().unwrap();
+                decoder.mesh().table.check().unwrap();
+                assert_eq!(decoder.level(), Some(plan.level));
+                triangles(&decoder.assembled().unwrap(), &lattice)
+            };
+            let base = contents.base_level();
+            let replayed: Vec<_> = (0..=base).map(|j| follow(&plan(&contents, Want::Level(j)))).collect();
+            assert_eq!(replayed[0], triangles(&mesh, &lattice));
+            for start in 0..base {
+                let expected = start.is_multiple_of(every);
+                assert_eq!(contents.keyframe(start).is_some(), expected, "a keyframe of level {start}");
+                if !expected {
+                    continue;
+                }
+                for j in 0..=start {
+                    assert_eq!(
+                        follow(&from_keyframe(&contents, start, j)),
+                        replayed[j as usize],
+                        "level {j} from {start}"
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// The way from the keyframe of one level, though others may be nearer.
+fn from_keyframe(contents: &Contents, start: u32, level: u32) -> Plan {
+    let mut way = Plan { start, ..plan_from_keyframe(contents, level) };
+    way.parts = plan_from_keyframe(contents, start).parts;
+    way.parts.truncate(1);
+    let first = if start > 0 { contents.steps(start - 1).start } else { contents.steps(0).end };
+    let end = if level == 0 { contents.prefix(0).end } else { contents.steps(level).end };
+    if (start > level || level == 0) && first < end {
+        way.parts.push(Part { bytes: contents.bytes(first..end), atoms: first..end });
+    }
+    way
+}
+
+/// A bumpy sphere has curvature everywhere, so that no level is free. A larger budget of a level's cost takes more operations into it: fewer levels, of
+/// fewer bytes in all (no seam between levels costs anything), and each further off; a smaller budget the other way round.
+#[test]
+fn profiles_do_what_their_names_say() {
+    let mesh = shapes::bumpy_sphere(5, 3);
+    let [default, few, near] = [Profile::Default, Profile::Small, Profile::Fine].map(|profile| {
+        let file = Encoder::new(Options::profile(profile)).encode_to_vec(&mesh).unwrap();
+        let contents = parse_contents(&file).unwrap().unwrap();
+        (file.len(), contents)
+    });
+    assert!(few.0 < default.0, "{} bytes for few, {} by default", few.0, default.0);
+    assert!(few.1.levels.len() <= default.1.levels.len());
+    // Of as many triangles at most, from the same input.
+    for share in [4, 8, 16] {
+        let most = default.1.header.triangles / share;
+        let error = |contents: &Contents| {
+            contents.levels.iter().find(|level| level.triangles <= most).unwrap().rms_error
+        };
+        let (fine, plain) = (error(&near.1), error(&default.1));
+        assert!(fine < plain, "1 in {share}: {fine} instead of {plain}");
     }
 }
 

@@ -2,7 +2,6 @@
 
 use super::Options;
 use super::covering::Covering;
-use super::frame::Frame;
 use super::parity::Classes;
 use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
@@ -15,6 +14,8 @@ use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
 use glam::{DVec3, Vec3};
 use std::cmp::Ordering::Equal;
+
+pub use super::frame::Places;
 
 /// How a vertex would be removed.
 #[derive(Clone, Debug)]
@@ -66,23 +67,6 @@ pub struct Pattern {
     pub classes: Classes,
     /// By class, 0 for those that stay; the last entry is that of vertices without a class.
     pub ranks: [u8; 5],
-}
-
-/// Input positions, seen in the unit cube.
-#[derive(Clone, Copy, Debug)]
-pub struct Places<'a> {
-    /// In the input's units.
-    pub positions: &'a [[f64; 3]],
-    /// The cube.
-    pub frame: Frame,
-}
-
-impl Places<'_> {
-    /// Where a vertex lies, in the unit cube.
-    #[inline]
-    pub fn at(&self, v: Vertex) -> DVec3 {
-        self.frame.inside(self.positions[v.index()])
-    }
 }
 
 impl<'a> Remover<'a> {

@@ -2,6 +2,7 @@
 
 use super::Options;
 use super::covering::Covering;
+use super::frame::Places;
 use super::parity::Classes;
 use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
@@ -14,8 +15,6 @@ use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
 use glam::{DVec3, Vec3};
 use std::cmp::Ordering::Equal;
-
-pub use super::frame::Places;
 
 /// How a vertex would be removed.
 #[derive(Clone, Debug)]

@@ -3,19 +3,18 @@
 mod finish;
 mod grids;
 mod levels;
+mod names;
 mod options;
 mod report;
-mod residue;
 mod schedule;
 
 use crate::codec::grid::Real;
 use crate::container::{AtomKind, FileBuilder, Level, Metadata};
 use crate::error::{Error, Result};
-use crate::mesh::topology::{self, Conditioned};
-use crate::mesh::{IndexedMesh, Lattice, Vertex, lattice};
+use crate::mesh::topology::{self, Conditioned, ConditioningReport, Manifold};
+use crate::mesh::{IndexedMesh, Lattice, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
 use crate::simplify::{self, Simplified};
-use bitvec::vec::BitVec;
 use finish::Finish;
 use levels::Levels;
 use schedule::Schedule;
@@ -124,21 +123,21 @@ impl<'a> Encoder<'a> {
         let (min, max) = lattice::bounds(used).ok_or_else(|| parameter("the mesh has no triangles"))?;
         let lattice = self.options.lattice_over(min, max)?;
         self.report_progress(Stage::Condition, 0, mesh.triangles.len() as u64)?;
-        let mut conditioned = topology::condition_on(mesh, self.options.weld, &lattice);
-        let finish = Finish::new(mesh, &conditioned, &self.options);
+        let conditioned = topology::condition_on(mesh, self.options.weld, &lattice);
+        let joined = Joined::new(mesh, &conditioned, &lattice);
+        let Conditioned { mut manifold, remainder, report: found } = conditioned;
+        let finish = Finish::new(mesh, &manifold, remainder, &self.options);
         self.report_progress(Stage::Condition, 1, 1)?;
         let conditioning = start.elapsed();
 
-        let locked = self.locked(&conditioned);
-        let locked_vertices = locked.count_ones();
-        let joined = Joined::new(mesh, &conditioned, &lattice);
-        let mut simplified = self.simplify(&mut conditioned, locked, &lattice)?;
+        if self.options.lock_boundary {
+            manifold.locked = manifold.locked_with_boundary();
+        }
+        let locked_vertices = manifold.locked.count_ones();
+        let (mut simplified, quantised) = self.simplify(manifold, &lattice)?;
         joined.add_to(&mut simplified.errors);
         let simplifying = start.elapsed() - conditioning;
 
-        let positions = std::mem::take(&mut conditioned.positions);
-        let quantised: Vec<[i32; 3]> = positions.iter().map(|&p| lattice.quantise(p)).collect();
-        drop(positions);
         // The places of removed triangles take far more memory than the base.
         simplified.base = simplified.base.compacted();
         let base = simplified.base.clone();
@@ -148,12 +147,12 @@ impl<'a> Encoder<'a> {
         let schedule = Schedule::of(&options, &simplified, &quantised);
         let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options, &schedule);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
-        let payloads = finish.payloads(&conditioned, levels.mesh(), &lattice)?;
+        let payloads = finish.payloads(levels.mesh(), &lattice)?;
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
             FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &schedule, &lattice));
-        let mut report = Report::new(&conditioned, &simplified, mesh.diagonal());
+        let mut report = Report::new(found, &simplified, mesh.diagonal());
         report.dropped = self.dropped(mesh);
         report.locked_vertices = locked_vertices;
         report.joined = joined;
@@ -166,7 +165,7 @@ impl<'a> Encoder<'a> {
         report.order_bits = payloads.order.len() as f64 * 8.0;
         file.payload(AtomKind::Correction, 0, &payloads.correction);
         file.payload(AtomKind::Order, 0, &payloads.order);
-        file.payload(AtomKind::Metadata, 0, &self.metadata(&conditioned, &report, payloads.copies).encode()?);
+        file.payload(AtomKind::Metadata, 0, &self.metadata(&report, payloads.copies).encode()?);
         let contents = file.write(out)?;
         report.seconds = Seconds {
             condition: conditioning.as_secs_f64(),
@@ -232,32 +231,13 @@ impl<'a> Encoder<'a> {
         Ok(())
     }
 
-    /// The vertices that stay.
-    fn locked(&self, conditioned: &Conditioned) -> BitVec {
-        let (table, mut locked) = (&conditioned.table, conditioned.locked.clone());
-        if self.options.lock_boundary {
-            for v in (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.is_boundary(v)) {
-                locked.set(v.index(), true);
-            }
-        }
-        locked
-    }
-
-    fn simplify(
-        &mut self,
-        conditioned: &mut Conditioned,
-        locked: BitVec,
-        lattice: &Lattice,
-    ) -> Result<Simplified> {
-        // Afterwards it tells where the input's triangles were turned round, and nothing else.
-        let table = if conditioned.flipped.any() {
-            conditioned.table.clone()
-        } else {
-            std::mem::take(&mut conditioned.table)
-        };
+    /// Removes vertices; what comes of it, and the lattice points of all vertices of the manifold.
+    fn simplify(&mut self, manifold: Manifold, lattice: &Lattice) -> Result<(Simplified, Vec<[i32; 3]>)> {
+        let Manifold { table, positions, locked } = manifold;
         let options = self.options.simplify.clone();
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
-        simplify::simplify(table, &conditioned.positions, locked, lattice, &options, &mut progress)
+        let simplified = simplify::simplify(table, &positions, locked, lattice, &options, &mut progress)?;
+        Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 
     /// Nothing is left out without a word.
@@ -265,15 +245,15 @@ impl<'a> Encoder<'a> {
         [self.source.dropped.clone(), mesh.uncoded()].concat()
     }
 
-    fn metadata(&self, conditioned: &Conditioned, report: &Report, copies: usize) -> Metadata {
-        let mut conditioning = report::conditioning_counts(&conditioned.report);
+    fn metadata(&self, report: &Report, copies: usize) -> Metadata {
+        let mut conditioning = report::conditioning_counts(&report.conditioning);
         if copies > 0 {
             conditioning.push(("copies".to_owned(), copies as u64));
         }
         Metadata {
             generator: concat!("unweld ", env!("CARGO_PKG_VERSION")).to_owned(),
             source: self.source.name.clone(),
-            settings: self.settings(conditioned),
+            settings: self.settings(&report.conditioning),
             dropped: report.dropped.clone(),
             conditioning,
             diagonal: if report.diagonal.is_finite() { report.diagonal } else { f64::MAX },
@@ -282,9 +262,9 @@ impl<'a> Encoder<'a> {
     }
 
     /// Those of the source, and the welding where it has joined what is not equal: [`Source::settings`] need not name it.
-    fn settings(&self, conditioned: &Conditioned) -> Vec<(String, String)> {
+    fn settings(&self, found: &ConditioningReport) -> Vec<(String, String)> {
         let mut settings = self.source.settings.clone();
-        if conditioned.report.joined_vertices > 0 && settings.iter().all(|(name, _)| name != "weld") {
+        if found.joined_vertices > 0 && settings.iter().all(|(name, _)| name != "weld") {
             settings.push(("weld".to_owned(), self.options.weld.to_string()));
         }
         settings

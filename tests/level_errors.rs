@@ -30,9 +30,9 @@ impl Measured {
 fn levels(mesh: &IndexedMesh, options: Options, samples: u64, skip: impl Fn(u32) -> bool) -> Vec<Measured> {
     let file = Encoder::new(options).encode_to_vec(mesh).unwrap();
     let conditioned = topology::condition(mesh, Weld::Exact);
-    let table = &conditioned.table;
+    let table = &conditioned.manifold.table;
     let triangles = table.triangles().map(|t| table.triangle(t).map(|v| v.0)).collect();
-    let input = IndexedMesh::new(conditioned.positions.clone(), triangles);
+    let input = IndexedMesh::new(conditioned.manifold.positions.clone(), triangles);
     let sampling = Sampling { samples, seed: 7, threads: NonZeroUsize::MIN };
     let mut decoder = Decoder::new(decoder::Options::default());
     decoder.push(&file);

@@ -4,7 +4,7 @@ use anyhow::{Context, anyhow, ensure};
 use std::env;
 use std::path::{Path, PathBuf};
 use unweld::encoder::Options;
-use unweld::mesh::topology::{self, Weld};
+use unweld::mesh::topology::{self, Conditioned, Weld};
 use unweld::mesh::{IndexedMesh, lattice};
 
 /// A mesh to measure.
@@ -38,16 +38,16 @@ impl Case {
     /// # Errors
     /// Where no triangle is left.
     pub fn of(name: String, input: IndexedMesh, bits: u32) -> anyhow::Result<Self> {
-        let conditioned = topology::condition(&input, Weld::Exact);
-        let table = &conditioned.table;
+        let Conditioned { manifold, remainder, .. } = topology::condition(&input, Weld::Exact);
+        let table = &manifold.table;
         let triangles: Vec<[u32; 3]> =
             table.triangles().map(|t| table.triangle(t).map(|v| v.index() as u32)).collect();
         ensure!(!triangles.is_empty(), "{name}: no triangle is left after conditioning");
-        let whole = conditioned.extras.is_empty()
-            && conditioned.residue.is_empty()
-            && conditioned.stitches.is_empty()
-            && conditioned.flipped.not_any();
-        Ok(Self { name, bits, input, mesh: IndexedMesh::new(conditioned.positions, triangles), whole })
+        let whole = remainder.extras.is_empty()
+            && remainder.residue.is_empty()
+            && remainder.stitches.is_empty()
+            && remainder.flipped.not_any();
+        Ok(Self { name, bits, input, mesh: IndexedMesh::new(manifold.positions, triangles), whole })
     }
 
     /// The default settings, with the bits of this case.

@@ -101,9 +101,9 @@ mod tests {
         let conditioned = condition(&torus(20, 12, 1), Weld::Exact);
         let census = &conditioned.report.census;
         assert_eq!((census.components, census.boundary_loops, census.handles), (1, 0, 1));
-        assert_eq!(conditioned.table.triangle_count(), 480);
+        assert_eq!(conditioned.manifold.table.triangle_count(), 480);
         let valences: Vec<usize> =
-            (0..240).map(|v| conditioned.table.valence(unweld::mesh::Vertex(v))).collect();
+            (0..240).map(|v| conditioned.manifold.table.valence(unweld::mesh::Vertex(v))).collect();
         assert!(valences.iter().any(|&n| n < 6) && valences.iter().any(|&n| n > 6));
     }
 

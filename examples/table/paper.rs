@@ -5,7 +5,7 @@ use super::cases::Case;
 use super::generate;
 use super::measure::{geometric_mean, median, seconds};
 use super::tables::{Cell, Table};
-use unweld::mesh::topology::{self, Weld};
+use unweld::mesh::topology::{self, Manifold, Weld};
 use unweld::mesh::{Lattice, lattice};
 use unweld::simplify::{self, Method, Options, Simplified};
 
@@ -78,15 +78,13 @@ pub fn tables(cases: &[Case], runs: usize) -> anyhow::Result<Vec<Table>> {
 
 /// Simplifies to the paper's share of the vertices; seconds and result.
 fn simplify(case: &Case, method: Method) -> anyhow::Result<(f64, Simplified)> {
-    let conditioned = topology::condition(&case.mesh, Weld::Exact);
-    let (min, max) = lattice::bounds(conditioned.positions.iter().copied()).unwrap_or_default();
+    let Manifold { table, positions, locked } = topology::condition(&case.mesh, Weld::Exact).manifold;
+    let (min, max) = lattice::bounds(positions.iter().copied()).unwrap_or_default();
     let lattice = Lattice::over(min, max, case.bits);
-    let base_vertices = (conditioned.positions.len() as f64 * PAPER_SHARE) as usize;
+    let base_vertices = (positions.len() as f64 * PAPER_SHARE) as usize;
     let options = Options { method, base_vertices: Some(base_vertices), ..Options::default() };
-    let (time, simplified) = seconds(|| {
-        let (table, positions, locked) = (conditioned.table, &conditioned.positions, conditioned.locked);
-        simplify::simplify(table, positions, locked, &lattice, &options, &mut |_, _| true)
-    });
+    let (time, simplified) =
+        seconds(|| simplify::simplify(table, &positions, locked, &lattice, &options, &mut |_, _| true));
     Ok((time, simplified?))
 }
 

@@ -141,7 +141,7 @@ mod tests {
         for (name, mesh) in meshes() {
             let conditioned = condition(&mesh, Weld::Exact);
             let report = &conditioned.report;
-            assert_eq!(conditioned.table.triangle_count(), mesh.triangles.len(), "{name}");
+            assert_eq!(conditioned.manifold.table.triangle_count(), mesh.triangles.len(), "{name}");
             assert_eq!((report.reoriented_triangles, report.cut_vertices), (0, 0), "{name}");
             let expected = match name {
                 "sphere of meridians" => (1, 0, 0),

@@ -209,7 +209,7 @@ impl Limit {
 
 /// The parts of the mesh, as it is and as the lattice has it.
 fn parts(conditioned: &Conditioned) -> Joined {
-    let (min, max) = lattice::bounds(conditioned.positions.iter().copied()).unwrap_or_default();
+    let (min, max) = lattice::bounds(conditioned.manifold.positions.iter().copied()).unwrap_or_default();
     let lattice = Lattice::over(min, max, Lattice::DEFAULT_BITS);
     let [parts, lattice_parts] = [None, Some(&lattice)].map(|lattice| conditioned.parts(lattice));
     Joined { parts, lattice_parts, ..Joined::default() }
@@ -223,9 +223,9 @@ fn simplified(
     args: &Args,
     progress: &mut Progress,
 ) -> anyhow::Result<IndexedMesh> {
-    let table = &conditioned.table;
+    let table = &conditioned.manifold.table;
     let triangles = table.triangle_count();
-    let used = conditioned.positions.iter().copied();
+    let used = conditioned.manifold.positions.iter().copied();
     let Some((min, max)) = lattice::bounds(used).filter(|_| triangles > 0) else {
         bail!("no triangle is left: all are degenerate");
     };
@@ -239,23 +239,28 @@ fn simplified(
         Limit::Triangles(most) => {
             let surplus = triangles - most;
             let removals = (surplus + conditioned.report.census.boundary_edges).div_ceil(2).min(surplus);
-            conditioned.positions.len().saturating_sub(removals)
+            conditioned.manifold.positions.len().saturating_sub(removals)
         }
         Limit::Error(_) => 0,
     };
-    let mut locked = conditioned.locked.clone();
-    if args.simplification.lock_boundary {
-        for v in (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.is_boundary(v)) {
-            locked.set(v.index(), true);
-        }
-    }
+    let locked = if args.simplification.lock_boundary {
+        conditioned.manifold.locked_with_boundary()
+    } else {
+        conditioned.manifold.locked.clone()
+    };
     let options = args.simplification.options(Profile::Default, Some(least));
     let mut tell = |done, total| {
         progress.update("simplify", done, total);
         true
     };
-    let Simplified { base, history, .. } =
-        simplify::simplify(table.clone(), &conditioned.positions, locked, &lattice, &options, &mut tell)?;
+    let Simplified { base, history, .. } = simplify::simplify(
+        table.clone(),
+        &conditioned.manifold.positions,
+        locked,
+        &lattice,
+        &options,
+        &mut tell,
+    )?;
     let mut way = Way { applied: 0, table: base, history };
     match limit {
         Limit::Triangles(most) => way.refine_while(|table| table.triangle_count() <= most)?,
@@ -335,7 +340,7 @@ impl Way {
 /// Positions and triangles, with the copies of cut vertices sewn together: they are all still there.
 fn sewn(table: &CornerTable, conditioned: &Conditioned) -> IndexedMesh {
     let mut first: Vec<Vertex> = (0..table.vertex_slots() as u32).map(Vertex).collect();
-    for group in &conditioned.stitches {
+    for group in &conditioned.remainder.stitches {
         for &copy in group {
             first[copy.index()] = group[0];
         }
@@ -348,7 +353,7 @@ fn sewn(table: &CornerTable, conditioned: &Conditioned) -> IndexedMesh {
             let name = &mut names[v.index()];
             if *name == u32::MAX {
                 *name = mesh.positions.len() as u32;
-                mesh.positions.push(conditioned.positions[v.index()]);
+                mesh.positions.push(conditioned.manifold.positions[v.index()]);
             }
             *name
         });

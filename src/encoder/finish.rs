@@ -1,7 +1,7 @@
 //! What level 0 lacks of the input: the residue, and where it is asked for the correction and the order. All of it is
 //! named by places in the walk of level 0.
 
-use super::residue::{Named, turned};
+use super::names::{Names, turned};
 use super::{Options, grids};
 use crate::codec::correction::{Copied, Correction};
 use crate::codec::grid::Real;
@@ -10,7 +10,7 @@ use crate::codec::residue::ResidueCounts;
 use crate::codec::walk::Tour;
 use crate::codec::whole::{Extra, Whole, WholeError};
 use crate::error::{Error, Result};
-use crate::mesh::topology::Conditioned;
+use crate::mesh::topology::{Manifold, Remainder};
 use crate::mesh::{IndexedMesh, Lattice, Vertex};
 use crate::refine::ProgressiveMesh;
 
@@ -37,55 +37,58 @@ pub struct Finish<'a> {
     keep_order: bool,
     /// Whether vertices that are the same have other coordinates, if only zeros of other signs.
     has_copies: bool,
+    /// What the manifold does not tell of it.
+    remainder: Remainder,
+    /// The triangles of the conditioned table that were turned round, each from its least vertex, in ascending order.
+    flipped: Vec<[Vertex; 3]>,
     /// The triangles of the conditioned table, where they will be needed.
     triangles: Vec<[Vertex; 3]>,
 }
 
 impl<'a> Finish<'a> {
     /// Keeps what it takes.
-    pub fn new(input: &'a IndexedMesh, conditioned: &Conditioned, options: &Options) -> Self {
-        let same = &conditioned.origins.same;
+    pub fn new(input: &'a IndexedMesh, manifold: &Manifold, remainder: Remainder, options: &Options) -> Self {
+        let (table, same) = (&manifold.table, &remainder.origins.same);
         let has_copies =
             options.exact.is_some() && (0..same.len()).any(|v| differ(input, v, same[v] as usize));
         let mut triangles = Vec::new();
         if has_copies || options.keep_order {
-            triangles = conditioned.table.triangles().map(|t| conditioned.table.triangle(t)).collect();
+            triangles = table.triangles().map(|t| table.triangle(t)).collect();
         }
-        Self { input, exact: options.exact, keep_order: options.keep_order, has_copies, triangles }
+        let flipped = table.triangles().filter(|t| remainder.flipped[t.index()]);
+        let mut flipped: Vec<_> = flipped.map(|t| turned(table.triangle(t))).collect();
+        flipped.sort_unstable();
+        let (exact, keep_order) = (options.exact, options.keep_order);
+        Self { input, exact, keep_order, has_copies, remainder, flipped, triangles }
     }
 
     /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.
     ///
     /// # Errors
     /// [`Error::Parameter`] where a part has a number that cannot be written.
-    pub fn payloads(
-        &self,
-        conditioned: &Conditioned,
-        mesh: &ProgressiveMesh,
-        lattice: &Lattice,
-    ) -> Result<Payloads> {
+    pub fn payloads(&self, mesh: &ProgressiveMesh, lattice: &Lattice) -> Result<Payloads> {
         let tour = Tour::new(mesh);
-        let named = Named::new(conditioned, mesh, &tour, lattice);
-        let mut payloads = Payloads { counts: named.residue.counts(), ..Payloads::default() };
+        let names = Names::new(&self.remainder, &self.flipped, mesh, &tour, lattice);
+        let mut payloads = Payloads { counts: names.residue.counts(), ..Payloads::default() };
         let cannot = |e: WholeError| Error::Parameter(e.to_string());
-        if !named.residue.is_empty() {
-            payloads.residue = named.residue.encode(mesh, &tour).map_err(cannot)?;
+        if !names.residue.is_empty() {
+            payloads.residue = names.residue.encode(mesh, &tour).map_err(cannot)?;
         }
         if self.exact.is_none() && !self.keep_order {
             return Ok(payloads);
         }
-        let mut whole = Whole::new(mesh, &named.residue, &tour);
-        let mut vertices = named.vertices(conditioned, &whole);
+        let mut whole = Whole::new(mesh, &names.residue, &tour);
+        let mut vertices = names.vertices(&self.remainder, &whole);
         let origins = if self.has_copies || self.keep_order {
-            self.origins(conditioned, &named, &whole, &vertices)
+            self.origins(&names, &whole, &vertices)
         } else {
             Vec::new()
         };
         let mut count = whole.vertices.len();
         if let Some(real) = self.exact {
-            let mut correction = self.correction(real, conditioned, &whole, &vertices, lattice);
+            let mut correction = self.correction(real, &whole, &vertices, lattice);
             if self.has_copies {
-                self.copy(&mut correction, conditioned, &mut vertices, &origins);
+                self.copy(&mut correction, &mut vertices, &origins);
             }
             payloads.correction = correction.encode(&whole, lattice).map_err(cannot)?;
             correction.rename(&mut whole.triangles);
@@ -94,22 +97,15 @@ impl<'a> Finish<'a> {
         }
         if self.keep_order {
             let order = Order { vertices, triangles: self.input.triangles.clone() };
-            let payload = order.encode(mesh, &named.residue, &tour.walk, &whole, count, &origins);
+            let payload = order.encode(mesh, &names.residue, &tour.walk, &whole, count, &origins);
             payloads.order = payload.map_err(cannot)?;
         }
         Ok(payloads)
     }
 
-    fn correction(
-        &self,
-        real: Real,
-        conditioned: &Conditioned,
-        whole: &Whole,
-        vertices: &[u32],
-        lattice: &Lattice,
-    ) -> Correction {
+    fn correction(&self, real: Real, whole: &Whole, vertices: &[u32], lattice: &Lattice) -> Correction {
         let mut positions = vec![[0.0; 3]; whole.vertices.len()];
-        for (v, &first) in conditioned.origins.same.iter().enumerate() {
+        for (v, &first) in self.remainder.origins.same.iter().enumerate() {
             if first as usize == v {
                 positions[vertices[v] as usize] = self.input.positions[v];
             }
@@ -124,14 +120,8 @@ impl<'a> Finish<'a> {
     }
 
     /// Makes copies of vertices for those of the input that have other coordinates. These become their vertices of the whole.
-    fn copy(
-        &self,
-        correction: &mut Correction,
-        conditioned: &Conditioned,
-        vertices: &mut [u32],
-        origins: &[Origin],
-    ) {
-        let same = &conditioned.origins.same;
+    fn copy(&self, correction: &mut Correction, vertices: &mut [u32], origins: &[Origin]) {
+        let same = &self.remainder.origins.same;
         let copies: Vec<Option<Copied>> = vertices
             .iter()
             .enumerate()
@@ -167,16 +157,10 @@ impl<'a> Finish<'a> {
     }
 
     /// For each triangle of the input its place in the whole, and the corner there at which it begins.
-    fn origins(
-        &self,
-        conditioned: &Conditioned,
-        named: &Named,
-        whole: &Whole,
-        vertices: &[u32],
-    ) -> Vec<Origin> {
-        let in_table = &conditioned.origins.in_table;
+    fn origins(&self, names: &Names, whole: &Whole, vertices: &[u32]) -> Vec<Origin> {
+        let in_table = &self.remainder.origins.in_table;
         let mut sorted: Vec<([Vertex; 3], u32)> =
-            named.triangles.iter().zip(0..).map(|(&t, place)| (turned(t), place)).collect();
+            names.triangles.iter().zip(0..).map(|(&t, place)| (turned(t), place)).collect();
         sorted.sort_unstable();
         let mut origins = vec![(0, 0); self.input.triangles.len()];
         for (t, &triangle) in in_table.iter_ones().zip(&self.triangles) {
@@ -187,7 +171,7 @@ impl<'a> Finish<'a> {
             origins[t] = (place, turn.expect("they have the same vertices") as u32);
         }
         let outside: Vec<usize> = in_table.iter_zeros().collect();
-        for (&k, place) in named.further.iter().zip(named.triangles.len() as u32..) {
+        for (&k, place) in names.further.iter().zip(names.triangles.len() as u32..) {
             origins[outside[k as usize]] = (place, 0);
         }
         origins

@@ -53,7 +53,7 @@ impl Joined {
     pub(super) fn new(mesh: &IndexedMesh, conditioned: &Conditioned, lattice: &Lattice) -> Self {
         let (mut distance, mut squares) = (0.0f64, 0.0);
         if conditioned.report.joined_vertices > 0 {
-            for (p, &v) in mesh.positions.iter().zip(&conditioned.origins.same) {
+            for (p, &v) in mesh.positions.iter().zip(&conditioned.remainder.origins.same) {
                 let q = mesh.positions[v as usize];
                 let apart = length(std::array::from_fn(|k| p[k] - q[k]));
                 distance = distance.max(apart);
@@ -125,9 +125,9 @@ pub struct Report {
 }
 
 impl Report {
-    pub(super) fn new(conditioned: &Conditioned, simplified: &Simplified, diagonal: f64) -> Self {
+    pub(super) fn new(conditioning: ConditioningReport, simplified: &Simplified, diagonal: f64) -> Self {
         Self {
-            conditioning: conditioned.report.clone(),
+            conditioning,
             diagonal,
             errors: simplified.errors.clone(),
             routines: simplified.seconds,

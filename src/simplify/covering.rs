@@ -1,8 +1,8 @@
 //! Which triangle covers each removed vertex, and how far off: the level's error is tracked while simplifying. What vertices do not tell,
 //! the edges' paths do.
 
+use super::frame::Places;
 use super::paths::Paths;
-use super::removal::Places;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Triangle, Vertex};
 use glam::DVec3;

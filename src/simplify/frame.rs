@@ -1,6 +1,6 @@
 //! The unit cube that simplification works in: areas and volumes of coordinates like 1e30 or 1e-40 stay numbers.
 
-use crate::mesh::Lattice;
+use crate::mesh::{Lattice, Vertex};
 use glam::DVec3;
 
 /// Moves and scales the lattice's cube to the unit cube.
@@ -33,5 +33,22 @@ impl Frame {
     /// A length of the unit cube in the input's units.
     pub fn length(&self, length: f64) -> f64 {
         length * self.side
+    }
+}
+
+/// Input positions, seen in the unit cube.
+#[derive(Clone, Copy, Debug)]
+pub struct Places<'a> {
+    /// In the input's units.
+    pub positions: &'a [[f64; 3]],
+    /// The cube.
+    pub frame: Frame,
+}
+
+impl Places<'_> {
+    /// Where a vertex lies, in the unit cube.
+    #[inline]
+    pub fn at(&self, v: Vertex) -> DVec3 {
+        self.frame.inside(self.positions[v.index()])
     }
 }

@@ -26,9 +26,10 @@ use crate::mesh::random::SplitMix64;
 use crate::mesh::{CornerTable, Lattice};
 use crate::refine::History;
 use bitvec::vec::BitVec;
+use frame::{Frame, Places};
 use level::Allowance;
 use parity::Classes;
-use removal::{Pattern, Places, Remover};
+use removal::{Pattern, Remover};
 use seconds::timed;
 
 /// How the next vertex is chosen.
@@ -123,7 +124,7 @@ pub fn simplify(
     progress: &mut dyn FnMut(u64, u64) -> bool,
 ) -> Result<Simplified> {
     let begin = std::time::Instant::now();
-    let places = Places { positions, frame: frame::Frame::new(lattice) };
+    let places = Places { positions, frame: Frame::new(lattice) };
     let mut remover = Remover::new(table, places, locked, options);
     let start = remover.vertices;
     let target = options.base_vertices.unwrap_or_else(|| default_base_vertices(start));

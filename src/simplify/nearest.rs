@@ -1,6 +1,6 @@
 //! The nearest point of the input, looked for from near by.
 
-use super::removal::Places;
+use super::frame::Places;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use glam::DVec3;

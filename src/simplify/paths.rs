@@ -10,8 +10,8 @@
 //! At the boundary the path is the input's boundary; elsewhere it is the cut of the input with the plane through the edge and the level's
 //! normal. Such a path may be a detour, and there may be none: what is to be the largest distance of all is measured at points instead.
 
+use super::frame::Places;
 use super::nearest::farthest_of_triangle;
-use super::removal::Places;
 use crate::mesh::distance::point_segment_distance_squared;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use glam::DVec3;

@@ -2,7 +2,7 @@
 
 use super::Options;
 use super::covering::Covering;
-use super::frame::Frame;
+use super::frame::Places;
 use super::parity::Classes;
 use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
@@ -66,23 +66,6 @@ pub struct Pattern {
     pub classes: Classes,
     /// By class, 0 for those that stay; the last entry is that of vertices without a class.
     pub ranks: [u8; 5],
-}
-
-/// Input positions, seen in the unit cube.
-#[derive(Clone, Copy, Debug)]
-pub struct Places<'a> {
-    /// In the input's units.
-    pub positions: &'a [[f64; 3]],
-    /// The cube.
-    pub frame: Frame,
-}
-
-impl Places<'_> {
-    /// Where a vertex lies, in the unit cube.
-    #[inline]
-    pub fn at(&self, v: Vertex) -> DVec3 {
-        self.frame.inside(self.positions[v.index()])
-    }
 }
 
 impl<'a> Remover<'a> {

@@ -47,9 +47,13 @@ fn a_manifold_comes_out_as_it_went_in() {
     for (mesh, expected) in shapes {
         let result = conditioned(&mesh, Weld::Exact);
         assert_eq!(census(&result), expected);
-        assert!(result.flipped.not_any() && result.locked.not_any() && result.stitches.is_empty());
-        assert_eq!(result.table.triangle_count(), mesh.triangles.len());
-        assert_eq!(result.positions.len(), mesh.positions.len());
+        assert!(
+            result.remainder.flipped.not_any()
+                && result.manifold.locked.not_any()
+                && result.remainder.stitches.is_empty()
+        );
+        assert_eq!(result.manifold.table.triangle_count(), mesh.triangles.len());
+        assert_eq!(result.manifold.positions.len(), mesh.positions.len());
     }
 }
 
@@ -63,8 +67,8 @@ fn nothing_in_nothing_out() {
 fn vertices_are_numbered_by_first_use() {
     let mesh = IndexedMesh::new(points(6), vec![[5, 3, 1], [3, 5, 2]]);
     let result = conditioned(&mesh, Weld::Exact);
-    assert_eq!(result.positions, [5, 3, 1, 2].map(|v| mesh.positions[v]));
-    assert_eq!(result.extras, [0, 4].map(|v| mesh.positions[v]));
+    assert_eq!(result.manifold.positions, [5, 3, 1, 2].map(|v| mesh.positions[v]));
+    assert_eq!(result.remainder.extras, [0, 4].map(|v| mesh.positions[v]));
     assert_eq!(result.report.isolated_vertices, 2);
 }
 
@@ -74,11 +78,11 @@ fn a_moebius_strip_is_cut_across_once() {
     // so every second one is turned, 1 and 4, and the cut falls between 2 and 3.
     let result = run(5, &[[0, 1, 2], [1, 2, 3], [2, 3, 4], [3, 4, 0], [4, 0, 1]]);
     assert_eq!(result.report.nonorientable_edges, 1);
-    assert_eq!(result.flipped.iter_ones().collect::<Vec<_>>(), [1, 4]);
+    assert_eq!(result.remainder.flipped.iter_ones().collect::<Vec<_>>(), [1, 4]);
     // A disc: the boundary of five edges, and the cut edge twice; both its ends became two.
     assert_eq!(census(&result), [1, 1, 7, 0]);
     assert_eq!((result.report.cut_vertices, result.report.nonmanifold_vertices), (2, 0));
-    assert_eq!((result.positions.len(), result.report.locked_vertices), (7, 4));
+    assert_eq!((result.manifold.positions.len(), result.report.locked_vertices), (7, 4));
 }
 
 #[test]
@@ -103,7 +107,7 @@ fn a_projective_plane_is_cut_to_a_disc() {
     let [components, loops, edges, handles] = census(&result);
     assert_eq!((components, edges, handles), (1, 2 * cuts, 0));
     // V - E + F with F = 10 and 2 E = 30 + edges.
-    assert_eq!(result.positions.len(), 2 - loops + 15 + cuts - 10);
+    assert_eq!(result.manifold.positions.len(), 2 - loops + 15 + cuts - 10);
 }
 
 #[test]
@@ -121,7 +125,10 @@ fn a_klein_bottle_is_cut_to_an_oriented_surface() {
     assert!(cuts >= 3);
     let [components, loops, edges, handles] = census(&result);
     assert_eq!((components, edges, handles), (1, 2 * cuts, 0));
-    assert_eq!(result.positions.len() + triangles.len(), (3 * triangles.len() + edges) / 2 + 2 - loops);
+    assert_eq!(
+        result.manifold.positions.len() + triangles.len(),
+        (3 * triangles.len() + edges) / 2 + 2 - loops
+    );
 }
 
 #[test]
@@ -130,7 +137,7 @@ fn a_book_of_four_pages_comes_apart() {
     assert_eq!(census(&result), [4, 4, 12, 0]);
     assert_eq!(result.report.nonmanifold_edges, 1);
     assert_eq!((result.report.cut_vertices, result.report.nonmanifold_vertices), (2, 0));
-    assert_eq!(result.stitches.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4]);
+    assert_eq!(result.remainder.stitches.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4]);
     assert_eq!(result.report.locked_vertices, 8);
     assert_eq!(result.report.reoriented_triangles, 0, "pages without neighbours stay as they are");
 }
@@ -142,8 +149,8 @@ fn a_fin_comes_off_and_the_slit_closes() {
     let result = run(5, &triangles);
     assert_eq!(census(&result), [2, 1, 3, 0]);
     assert_eq!(result.report.nonmanifold_edges, 1);
-    assert_eq!(result.positions.len(), 4 + 3);
-    assert_eq!(result.stitches.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2]);
+    assert_eq!(result.manifold.positions.len(), 4 + 3);
+    assert_eq!(result.remainder.stitches.iter().map(Vec::len).collect::<Vec<_>>(), [2, 2]);
     assert_eq!(result.report.locked_vertices, 4);
 }
 
@@ -160,7 +167,7 @@ fn a_slit_of_two_edges_stays_open() {
     mesh.triangles.extend([[a, b, fin], [b, c, fin]]);
     let result = conditioned(&mesh, Weld::Exact);
     assert_eq!(census(&result), [2, 2, 8, 0]);
-    let mut sizes: Vec<usize> = result.stitches.iter().map(Vec::len).collect();
+    let mut sizes: Vec<usize> = result.remainder.stitches.iter().map(Vec::len).collect();
     sizes.sort_unstable();
     assert_eq!(sizes, [2, 2, 3]);
     assert_eq!((result.report.nonmanifold_edges, result.report.locked_vertices), (2, 7));
@@ -172,7 +179,7 @@ fn solids_that_touch_along_an_edge_stay_closed() {
     let result = run(6, &triangles);
     assert_eq!(census(&result), [2, 0, 0, 0]);
     assert_eq!((result.report.nonmanifold_edges, result.report.cut_vertices), (1, 2));
-    assert_eq!((result.positions.len(), result.report.locked_vertices), (8, 4));
+    assert_eq!((result.manifold.positions.len(), result.report.locked_vertices), (8, 4));
 }
 
 #[test]
@@ -182,8 +189,8 @@ fn a_wall_between_two_cells_is_a_piece_of_its_own() {
     let result = run(5, &triangles);
     assert_eq!((result.report.repeated_triangles, result.report.nonmanifold_edges), (1, 3));
     assert_eq!(census(&result), [3, 3, 9, 0]);
-    assert_eq!(result.positions.len(), 3 + 4 + 4);
-    assert_eq!(result.stitches.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3, 3]);
+    assert_eq!(result.manifold.positions.len(), 3 + 4 + 4);
+    assert_eq!(result.remainder.stitches.iter().map(Vec::len).collect::<Vec<_>>(), [3, 3, 3]);
     assert_eq!(result.report.locked_vertices, 9);
 }
 
@@ -195,7 +202,7 @@ fn bow_ties_come_apart() {
     let closed = run(7, &[tetrahedron([0, 1, 2, 3]), tetrahedron([4, 3, 5, 6])].concat());
     assert_eq!(census(&closed), [2, 0, 0, 0]);
     assert_eq!((closed.report.nonmanifold_vertices, closed.report.nonmanifold_edges), (1, 0));
-    assert_eq!((closed.positions.len(), closed.report.locked_vertices), (8, 2));
+    assert_eq!((closed.manifold.positions.len(), closed.report.locked_vertices), (8, 2));
 }
 
 #[test]
@@ -214,13 +221,13 @@ fn a_vertex_of_very_many_fans_and_one_of_very_many_triangles() {
 #[test]
 fn repeated_triangles_keep_their_orientation_and_number() {
     let back_to_back = run(3, &[[0, 1, 2], [0, 2, 1]]);
-    assert_eq!(back_to_back.residue, [[0, 2, 1]]);
+    assert_eq!(back_to_back.remainder.residue, [[0, 2, 1]]);
     assert_eq!(census(&back_to_back), [1, 1, 3, 0]);
 
     let mut triangles = TETRAHEDRON.to_vec();
     triangles.extend([[3, 1, 2], [3, 2, 1], [1, 3, 2]]);
     let result = run(4, &triangles);
-    assert_eq!(result.residue, [[3, 1, 2], [3, 2, 1], [1, 3, 2]]);
+    assert_eq!(result.remainder.residue, [[3, 1, 2], [3, 2, 1], [1, 3, 2]]);
     assert_eq!((result.report.repeated_triangles, result.report.degenerate_triangles), (3, 0));
     assert_eq!(census(&result), [1, 0, 0, 0]);
     assert_eq!(result.report.locked_vertices, 0);
@@ -231,21 +238,25 @@ fn the_orientation_of_most_triangles_wins() {
     let mut turned_one = TETRAHEDRON;
     turned_one[0].swap(0, 1);
     let result = run(4, &turned_one);
-    assert_eq!(result.flipped.iter_ones().collect::<Vec<_>>(), [0]);
+    assert_eq!(result.remainder.flipped.iter_ones().collect::<Vec<_>>(), [0]);
     let mut turned_two = TETRAHEDRON;
     turned_two[0].swap(0, 1);
     turned_two[2].swap(0, 1);
     let result = run(4, &turned_two);
-    assert_eq!(result.flipped.iter_ones().collect::<Vec<_>>(), [1, 3], "in a tie the first one stays");
+    assert_eq!(
+        result.remainder.flipped.iter_ones().collect::<Vec<_>>(),
+        [1, 3],
+        "in a tie the first one stays"
+    );
 }
 
 #[test]
 fn degenerate_triangles_name_vertices_of_the_table_and_extras() {
     // Vertex 4 is in a degenerate triangle only, 5 in none.
     let result = run(6, &[[3, 3, 4], [1, 2, 3], [4, 4, 4]]);
-    assert_eq!(result.positions, [1, 2, 3].map(|v| points(6)[v]));
-    assert_eq!(result.extras, [0, 4, 5].map(|v| points(6)[v]));
-    assert_eq!(result.residue, [[2, 2, 4], [4, 4, 4]]);
+    assert_eq!(result.manifold.positions, [1, 2, 3].map(|v| points(6)[v]));
+    assert_eq!(result.remainder.extras, [0, 4, 5].map(|v| points(6)[v]));
+    assert_eq!(result.remainder.residue, [[2, 2, 4], [4, 4, 4]]);
     assert_eq!((result.report.degenerate_triangles, result.report.isolated_vertices), (2, 2));
 }
 
@@ -253,8 +264,8 @@ fn degenerate_triangles_name_vertices_of_the_table_and_extras() {
 fn a_mesh_in_one_point_is_all_residue() {
     let mesh = IndexedMesh::new(vec![[1.0, 2.0, 3.0]; 4], TETRAHEDRON.to_vec());
     let result = conditioned(&mesh, Weld::Exact);
-    assert_eq!((result.positions.len(), result.extras.len()), (0, 1));
-    assert_eq!(result.residue, [[0, 0, 0]; 4]);
+    assert_eq!((result.manifold.positions.len(), result.remainder.extras.len()), (0, 1));
+    assert_eq!(result.remainder.residue, [[0, 0, 0]; 4]);
     assert_eq!((result.report.welded_vertices, result.report.isolated_vertices), (3, 0));
     let kept = unweld::mesh::topology::condition(&mesh, Weld::None);
     assert_eq!(census(&kept), [1, 0, 0, 0]);
@@ -272,9 +283,9 @@ fn the_two_zeros_are_one_place() {
     ];
     let mesh = IndexedMesh::new(positions, vec![[0, 1, 2], [4, 3, 5]]);
     let result = conditioned(&mesh, Weld::Exact);
-    assert_eq!((result.report.welded_vertices, result.positions.len()), (2, 4));
+    assert_eq!((result.report.welded_vertices, result.manifold.positions.len()), (2, 4));
     assert_eq!(census(&result), [1, 1, 4, 0]);
-    assert_eq!(unweld::mesh::topology::condition(&mesh, Weld::None).positions.len(), 6);
+    assert_eq!(unweld::mesh::topology::condition(&mesh, Weld::None).manifold.positions.len(), 6);
 }
 
 #[test]
@@ -283,5 +294,5 @@ fn unused_copies_count_as_welded_and_not_as_isolated() {
     positions.extend([points(4)[2], points(5)[4], points(5)[4]]);
     let result = conditioned(&IndexedMesh::new(positions, TETRAHEDRON.to_vec()), Weld::Exact);
     assert_eq!((result.report.welded_vertices, result.report.isolated_vertices), (2, 1));
-    assert_eq!(result.extras, [points(5)[4]]);
+    assert_eq!(result.remainder.extras, [points(5)[4]]);
 }

@@ -19,7 +19,7 @@ fn point(position: [f64; 3]) -> Point {
 /// Conditions a mesh and checks everything that must hold for all inputs. Where `weld` is `None`, positions must differ.
 fn conditioned(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
     let result = condition(mesh, weld);
-    assert_eq!(result.table.check(), Ok(()));
+    assert_eq!(result.manifold.table.check(), Ok(()));
     nothing_is_lost(mesh, &result);
     stitches_join_what_was_one(&result);
     edges_are_cut_where_they_must(&result);
@@ -30,19 +30,21 @@ fn conditioned(mesh: &IndexedMesh, weld: Weld) -> Conditioned {
 
 fn nothing_is_lost(mesh: &IndexedMesh, result: &Conditioned) {
     let before = mesh.triangles.iter().map(|t| t.map(|v| point(mesh.positions[v as usize])));
-    let manifold = result.table.triangles().map(|t| {
-        let [a, b, c] = result.table.triangle(t).map(|v| point(result.positions[v.index()]));
-        if result.flipped[t.index()] { [a, c, b] } else { [a, b, c] }
+    let manifold = result.manifold.table.triangles().map(|t| {
+        let [a, b, c] =
+            result.manifold.table.triangle(t).map(|v| point(result.manifold.positions[v.index()]));
+        if result.remainder.flipped[t.index()] { [a, c, b] } else { [a, b, c] }
     });
-    let places: Vec<Point> = result.positions.iter().chain(&result.extras).map(|&p| point(p)).collect();
-    let residue = result.residue.iter().map(|t| t.map(|v| places[v as usize]));
+    let places: Vec<Point> =
+        result.manifold.positions.iter().chain(&result.remainder.extras).map(|&p| point(p)).collect();
+    let residue = result.remainder.residue.iter().map(|t| t.map(|v| places[v as usize]));
     assert_eq!(multiset(before), multiset(manifold.chain(residue)));
 
     let report = &result.report;
     assert_eq!(report.input_vertices, mesh.positions.len());
     assert_eq!(report.input_triangles, mesh.triangles.len());
-    assert_eq!(report.degenerate_triangles + report.repeated_triangles, result.residue.len());
-    let copies: usize = result.stitches.iter().map(|group| group.len() - 1).sum();
+    assert_eq!(report.degenerate_triangles + report.repeated_triangles, result.remainder.residue.len());
+    let copies: usize = result.remainder.stitches.iter().map(|group| group.len() - 1).sum();
     assert_eq!(report.input_vertices - report.welded_vertices, places.len() - copies);
     let (mut before, mut after) = (mesh.positions.iter().map(|&p| point(p)).collect::<Vec<_>>(), places);
     before.sort_unstable();
@@ -61,32 +63,32 @@ fn multiset(triangles: impl Iterator<Item = [Point; 3]>) -> Vec<[Point; 3]> {
 }
 
 fn stitches_join_what_was_one(result: &Conditioned) {
-    let slots = result.table.vertex_slots();
-    assert_eq!((result.positions.len(), result.locked.len()), (slots, slots));
+    let slots = result.manifold.table.vertex_slots();
+    assert_eq!((result.manifold.positions.len(), result.manifold.locked.len()), (slots, slots));
     let mut groups: HashMap<Point, Vec<Vertex>> = HashMap::new();
     for v in (0..slots as u32).map(Vertex) {
-        assert!(result.table.corner_of(v).is_some(), "{v:?} is unused");
-        groups.entry(point(result.positions[v.index()])).or_default().push(v);
+        assert!(result.manifold.table.corner_of(v).is_some(), "{v:?} is unused");
+        groups.entry(point(result.manifold.positions[v.index()])).or_default().push(v);
     }
     let mut expected: Vec<_> = groups.into_values().filter(|group| group.len() > 1).collect();
     expected.sort_unstable();
-    let mut stitches = result.stitches.clone();
+    let mut stitches = result.remainder.stitches.clone();
     stitches.sort_unstable();
     assert_eq!(stitches, expected);
     assert_eq!(result.report.cut_vertices, expected.len());
 }
 
 fn edges_are_cut_where_they_must(result: &Conditioned) {
-    let table = &result.table;
+    let table = &result.manifold.table;
     let mut edges: HashMap<[Point; 2], Vec<Corner>> = HashMap::new();
     for c in table.triangles().flat_map(|t| t.corners()) {
         let (a, b) = table.edge(c);
-        let mut ends = [a, b].map(|v| point(result.positions[v.index()]));
+        let mut ends = [a, b].map(|v| point(result.manifold.positions[v.index()]));
         ends.sort_unstable();
         edges.entry(ends).or_default().push(c);
     }
     let mut locked = vec![false; table.vertex_slots()];
-    result.stitches.iter().flatten().for_each(|v| locked[v.index()] = true);
+    result.remainder.stitches.iter().flatten().for_each(|v| locked[v.index()] = true);
     let (mut nonmanifold, mut nonorientable) = (0, 0);
     for corners in edges.values() {
         let open = |c: &&Corner| table.opposite(**c).is_none();
@@ -104,14 +106,14 @@ fn edges_are_cut_where_they_must(result: &Conditioned) {
         (result.report.nonmanifold_edges, result.report.nonorientable_edges),
         (nonmanifold, nonorientable)
     );
-    assert!(result.locked.iter().by_vals().eq(locked.iter().copied()));
-    assert_eq!(result.report.locked_vertices, result.locked.count_ones());
+    assert!(result.manifold.locked.iter().by_vals().eq(locked.iter().copied()));
+    assert_eq!(result.report.locked_vertices, result.manifold.locked.count_ones());
 }
 
 fn few_triangles_are_turned(result: &Conditioned) {
-    let table = &result.table;
-    assert_eq!(result.flipped.len(), table.slots());
-    assert_eq!(result.report.reoriented_triangles, result.flipped.count_ones());
+    let table = &result.manifold.table;
+    assert_eq!(result.remainder.flipped.len(), table.slots());
+    assert_eq!(result.report.reoriented_triangles, result.remainder.flipped.count_ones());
     let (mut seen, mut components) = (vec![false; table.slots()], 0);
     for first in (0..table.slots() as u32).map(Triangle) {
         let mut component = vec![first];
@@ -119,23 +121,28 @@ fn few_triangles_are_turned(result: &Conditioned) {
         while let Some(t) = component.pop() {
             if !std::mem::replace(&mut seen[t.index()], true) {
                 size += 1;
-                turned += usize::from(result.flipped[t.index()]);
+                turned += usize::from(result.remainder.flipped[t.index()]);
                 let across = t.corners().map(|c| table.opposite(c));
                 component.extend(across.into_iter().filter(|o| o.is_some()).map(|o| o.triangle()));
             }
         }
         components += usize::from(size > 0);
         assert!(2 * turned <= size);
-        assert!(2 * turned < size || size == 0 || !result.flipped[first.index()]);
+        assert!(2 * turned < size || size == 0 || !result.remainder.flipped[first.index()]);
     }
     assert_eq!(result.report.census.components, components);
 }
 
 fn a_second_time_there_is_nothing_to_do(result: &Conditioned) {
-    let triangles = result.table.triangles().map(|t| result.table.triangle(t).map(|v| v.0)).collect();
-    let again = condition(&IndexedMesh::new(result.positions.clone(), triangles), Weld::None);
-    assert_eq!(again.table, result.table);
-    assert!(again.flipped.not_any() && again.locked.not_any() && again.stitches.is_empty());
-    assert!(again.residue.is_empty() && again.extras.is_empty());
+    let triangles =
+        result.manifold.table.triangles().map(|t| result.manifold.table.triangle(t).map(|v| v.0)).collect();
+    let again = condition(&IndexedMesh::new(result.manifold.positions.clone(), triangles), Weld::None);
+    assert_eq!(again.manifold.table, result.manifold.table);
+    assert!(
+        again.remainder.flipped.not_any()
+            && again.manifold.locked.not_any()
+            && again.remainder.stitches.is_empty()
+    );
+    assert!(again.remainder.residue.is_empty() && again.remainder.extras.is_empty());
     assert_eq!(again.report.census, result.report.census);
 }

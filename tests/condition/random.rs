@@ -52,7 +52,7 @@ proptest! {
         let result = conditioned(&turned, Weld::Exact);
         prop_assert_eq!(result.report.nonorientable_edges, 0);
         prop_assert_eq!(result.report.census, census);
-        prop_assert!(result.locked.not_any());
+        prop_assert!(result.manifold.locked.not_any());
     }
 
     #[test]
@@ -61,7 +61,7 @@ proptest! {
         let triangles = (0..mesh.triangles.len() as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
         let apart = conditioned(&IndexedMesh::new(positions, triangles), Weld::Exact);
         let whole = conditioned(&mesh, Weld::Exact);
-        prop_assert_eq!(apart.table, whole.table);
-        prop_assert_eq!(apart.positions, whole.positions);
+        prop_assert_eq!(apart.manifold.table, whole.manifold.table);
+        prop_assert_eq!(apart.manifold.positions, whole.manifold.positions);
     }
 }

@@ -63,7 +63,7 @@ fn every_ill_formed_file_becomes_a_manifold() {
             if path.extension().is_some_and(|extension| extension == "obj") {
                 let mesh = read_obj(&String::from_utf8_lossy(&std::fs::read(&path).unwrap()));
                 conditioned(&mesh, Weld::Exact);
-                assert_eq!(condition(&mesh, Weld::None).table.check(), Ok(()));
+                assert_eq!(condition(&mesh, Weld::None).manifold.table.check(), Ok(()));
                 files += 1;
             }
         }
@@ -94,8 +94,8 @@ fn the_figures_are_those_of_the_readme() {
         let result = conditioned(&mesh, Weld::Exact);
         assert_eq!(census(&result), expected, "{name}");
         assert_eq!(result.report.nonmanifold_vertices, bow_ties, "{name}");
-        let copies: usize = result.stitches.iter().map(|group| group.len() - 1).sum();
-        assert_eq!(result.positions.len() - copies, vertices, "{name}");
+        let copies: usize = result.remainder.stitches.iter().map(|group| group.len() - 1).sum();
+        assert_eq!(result.manifold.positions.len() - copies, vertices, "{name}");
     }
 }
 
@@ -109,7 +109,7 @@ fn a_cell_complex_comes_apart_into_walls_and_corners() {
     let result = conditioned(&mesh, Weld::Exact);
     assert_eq!((result.report.repeated_triangles, result.report.nonmanifold_edges), (108, 108));
     assert_eq!(census(&result), [54 + 8 + 12 + 6, 80, 54 * 4 + 8 * 6 + 12 * 6 + 6 * 4, 0]);
-    assert_eq!(result.positions.len(), 54 * 4 + 8 * 7 + 12 * 6 + 6 * 4);
+    assert_eq!(result.manifold.positions.len(), 54 * 4 + 8 * 7 + 12 * 6 + 6 * 4);
     // All but the corners of the whole.
     assert_eq!((result.report.cut_vertices, result.report.locked_vertices), (56, 360));
 }

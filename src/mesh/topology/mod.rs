@@ -28,25 +28,39 @@ use super::lattice::{self, Lattice};
 /// An oriented manifold, made from any triangles without losing one.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Conditioned {
-    /// The manifold: its triangles in the order of the input, its vertices in the order of their first corners.
+    /// The manifold.
+    pub manifold: Manifold,
+    /// What the input was beside it.
+    pub remainder: Remainder,
+    /// What was found and done.
+    pub report: ConditioningReport,
+}
+
+/// An oriented manifold of the input's vertices and triangles.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Manifold {
+    /// Its triangles in the order of the input, its vertices in the order of their first corners.
     pub table: CornerTable,
     /// One position a vertex of the table, as in the input.
     pub positions: Vec<[f64; 3]>,
     /// Vertices of the table that must stay, so that no crack opens: ends of cut edges and copies of cut vertices.
     pub locked: BitVec,
+}
+
+/// What a [`Manifold`] does not tell of the input that it was made from.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Remainder {
     /// Triangles of the table whose orientation in the input was the opposite one. The first corner is the same.
     pub flipped: BitVec,
     /// Groups of two or more vertices of the table that were one vertex, each in ascending order.
     pub stitches: Vec<Vec<Vertex>>,
     /// Positions of the vertices in no triangle of the table, in the order of the input.
     pub extras: Vec<[f64; 3]>,
-    /// Triangles that no manifold holds, oriented and as often as in the input. An index below `positions.len()` is a
-    /// vertex of the table (its first copy where it was cut), any other one is `positions.len()` more than one of `extras`.
+    /// Triangles that no manifold holds, oriented and as often as in the input. An index below the table's number of
+    /// vertices is one of them (its first copy where it was cut), any other one is that number more than one of `extras`.
     pub residue: Vec<[u32; 3]>,
     /// Where all of it was in the input.
     pub origins: Origins,
-    /// What was found and done.
-    pub report: ConditioningReport,
 }
 
 /// Where the parts of a [`Conditioned`] mesh were in the input.
@@ -126,32 +140,26 @@ pub fn condition_on(mesh: &IndexedMesh, weld: Weld, lattice: &Lattice) -> Condit
     complex.zip(origins.len());
     let table = CornerTable::from_parts(origins.len(), complex.vertices, complex.opposites);
     debug_assert_eq!(table.check(), Ok(()));
-    let mut conditioned = Conditioned {
-        positions: origins.iter().map(|v| mesh.positions[v.index()]).collect(),
-        report: ConditioningReport {
-            input_vertices: mesh.positions.len(),
-            input_triangles: mesh.triangles.len(),
-            welded_vertices,
-            joined_vertices: others(&same) - welded_vertices,
-            degenerate_triangles: sorted_out.degenerate,
-            repeated_triangles: sorted_out.repeated,
-            isolated_vertices: 0,
-            nonmanifold_edges,
-            nonorientable_edges,
-            cut_vertices: stitches.len(),
-            nonmanifold_vertices,
-            reoriented_triangles: flipped.count_ones(),
-            locked_vertices: locked.count_ones(),
-            census: census(&table),
-        },
-        table,
-        locked,
-        flipped,
-        stitches,
-        extras: Vec::new(),
-        residue: sorted_out.residue,
-        origins: Origins { same, vertices: origins, extras: Vec::new(), in_table: sorted_out.is_kept },
+    let report = ConditioningReport {
+        input_vertices: mesh.positions.len(),
+        input_triangles: mesh.triangles.len(),
+        welded_vertices,
+        joined_vertices: others(&same) - welded_vertices,
+        degenerate_triangles: sorted_out.degenerate,
+        repeated_triangles: sorted_out.repeated,
+        isolated_vertices: 0,
+        nonmanifold_edges,
+        nonorientable_edges,
+        cut_vertices: stitches.len(),
+        nonmanifold_vertices,
+        reoriented_triangles: flipped.count_ones(),
+        locked_vertices: locked.count_ones(),
+        census: census(&table),
     };
+    let positions = origins.iter().map(|v| mesh.positions[v.index()]).collect();
+    let origins = Origins { same, vertices: origins, extras: Vec::new(), in_table: sorted_out.is_kept };
+    let remainder = Remainder { flipped, stitches, extras: Vec::new(), residue: sorted_out.residue, origins };
+    let mut conditioned = Conditioned { manifold: Manifold { table, positions, locked }, remainder, report };
     conditioned.place_residue(&mesh.positions);
     conditioned
 }
@@ -160,15 +168,16 @@ impl Conditioned {
     /// How many parts the manifold has if vertices hold together that are the same, or, with a lattice, that have the same
     /// point of it.
     pub fn parts(&self, lattice: Option<&Lattice>) -> usize {
-        let mut sets = Sets::new(self.positions.len());
-        for t in self.table.triangles() {
-            let [a, b, c] = self.table.triangle(t);
+        let Manifold { table, positions, .. } = &self.manifold;
+        let mut sets = Sets::new(positions.len());
+        for t in table.triangles() {
+            let [a, b, c] = table.triangle(t);
             sets.unite(a.0, b.0);
             sets.unite(b.0, c.0);
         }
         let mut places: Vec<([i32; 3], u32)> = match lattice {
-            Some(lattice) => self.positions.iter().map(|&p| lattice.quantise(p)).zip(0..).collect(),
-            None => self.origins.vertices.iter().map(|v| [v.0 as i32, 0, 0]).zip(0..).collect(),
+            Some(lattice) => positions.iter().map(|&p| lattice.quantise(p)).zip(0..).collect(),
+            None => self.remainder.origins.vertices.iter().map(|v| [v.0 as i32, 0, 0]).zip(0..).collect(),
         };
         places.sort_unstable();
         for pair in places.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
@@ -177,27 +186,40 @@ impl Conditioned {
         sets.count()
     }
 
-    /// Turns the vertices of the residue from input vertices into places in `positions` and `extras`.
+    /// Turns the vertices of the residue from input vertices into places in the manifold's positions and `extras`.
     fn place_residue(&mut self, input: &[[f64; 3]]) {
+        let Remainder { extras, residue, origins, .. } = &mut self.remainder;
+        let count = self.manifold.positions.len();
         let mut places = vec![u32::MAX; input.len()];
-        for (copy, origin) in self.origins.vertices.iter().enumerate().rev() {
+        for (copy, origin) in origins.vertices.iter().enumerate().rev() {
             places[origin.index()] = copy as u32;
         }
         let mut in_residue: BitVec = BitVec::repeat(false, input.len());
-        for &v in self.residue.iter().flatten() {
+        for &v in residue.iter().flatten() {
             in_residue.set(v as usize, true);
         }
-        for (v, &first) in self.origins.same.iter().enumerate() {
+        for (v, &first) in origins.same.iter().enumerate() {
             if first as usize == v && places[v] == u32::MAX {
-                places[v] = (self.positions.len() + self.extras.len()) as u32;
-                self.extras.push(input[v]);
-                self.origins.extras.push(Vertex(first));
+                places[v] = (count + extras.len()) as u32;
+                extras.push(input[v]);
+                origins.extras.push(Vertex(first));
                 self.report.isolated_vertices += usize::from(!in_residue[v]);
             }
         }
-        for v in self.residue.iter_mut().flatten() {
+        for v in residue.iter_mut().flatten() {
             *v = places[*v as usize];
         }
+    }
+}
+
+impl Manifold {
+    /// The vertices that must stay where those of the boundary are to stay, too.
+    pub fn locked_with_boundary(&self) -> BitVec {
+        let (table, mut locked) = (&self.table, self.locked.clone());
+        for v in (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.is_boundary(v)) {
+            locked.set(v.index(), true);
+        }
+        locked
     }
 }
 

@@ -1,57 +1,57 @@
-//! The residue of an encoding, and the names that it gives to the parts of the input.
+//! The names that the parts of the input have in the walk of level 0, and the residue, which is written in them.
 
 use crate::codec::residue::Residue;
 use crate::codec::walk::Tour;
 use crate::codec::whole::{Extra, Whole};
-use crate::mesh::topology::Conditioned;
+use crate::mesh::topology::Remainder;
 use crate::mesh::{Lattice, Vertex};
 use crate::refine::ProgressiveMesh;
 
-/// The residue, and which part of the conditioned mesh has which name in it.
-pub struct Named {
+/// Which part of the conditioned mesh has which name, and the residue.
+pub struct Names {
     /// What the manifold lacks of the input, named by places in the walk of level 0.
     pub residue: Residue,
     /// The triangles of the walk, by vertices of the conditioned table.
     pub triangles: Vec<[Vertex; 3]>,
-    /// For each further triangle its place in the conditioned mesh's residue.
+    /// For each further triangle its place in the remainder's residue.
     pub further: Vec<u32>,
     /// For each vertex of the table its place in the walk.
     place: Vec<u32>,
-    /// For each of the conditioned mesh's extras its name.
+    /// For each of the remainder's extras its name.
     extra_names: Vec<u32>,
 }
 
-impl Named {
-    /// Names the parts by the walk of `mesh`, level 0, whose vertices have the numbers of the conditioned table.
-    pub fn new(conditioned: &Conditioned, mesh: &ProgressiveMesh, tour: &Tour, lattice: &Lattice) -> Self {
+impl Names {
+    /// Names the parts by the walk of `mesh`, level 0, whose vertices have the numbers of the conditioned table. `flipped`: its
+    /// triangles that were turned round, each from its least vertex, in ascending order.
+    pub fn new(
+        remainder: &Remainder,
+        flipped: &[[Vertex; 3]],
+        mesh: &ProgressiveMesh,
+        tour: &Tour,
+        lattice: &Lattice,
+    ) -> Self {
         let Tour { walk, vertices: order } = tour;
         let vertices = order.len();
-        let mut place = vec![u32::MAX; conditioned.origins.vertices.len()];
+        let mut place = vec![u32::MAX; remainder.origins.vertices.len()];
         for (k, v) in order.iter().enumerate() {
             place[v.index()] = k as u32;
         }
         let triangles: Vec<[Vertex; 3]> =
             walk.triangles.iter().map(|&c| mesh.table.triangle(c.triangle())).collect();
         let mut residue = Residue::default();
-        if conditioned.flipped.any() {
-            let table = &conditioned.table;
-            let mut flipped: Vec<_> = table
-                .triangles()
-                .filter(|t| conditioned.flipped[t.index()])
-                .map(|t| turned(table.triangle(t)))
-                .collect();
-            flipped.sort_unstable();
+        if !flipped.is_empty() {
             residue.flipped = triangles.iter().map(|&t| flipped.binary_search(&turned(t)).is_ok()).collect();
         }
-        if !conditioned.stitches.is_empty() {
+        if !remainder.stitches.is_empty() {
             let mut group = vec![u32::MAX; vertices];
-            for (number, stitch) in conditioned.stitches.iter().enumerate() {
+            for (number, stitch) in remainder.stitches.iter().enumerate() {
                 for v in stitch {
                     group[place[v.index()] as usize] = number as u32;
                 }
             }
             // Groups are numbered by their first vertex in the walk.
-            let mut renumbered = vec![u32::MAX; conditioned.stitches.len()];
+            let mut renumbered = vec![u32::MAX; remainder.stitches.len()];
             let mut count = 0;
             for group in group.iter_mut().filter(|g| **g != u32::MAX) {
                 let number = &mut renumbered[*group as usize];
@@ -64,7 +64,7 @@ impl Named {
             residue.groups = group;
         }
         let mut extras: Vec<(Extra, usize)> =
-            conditioned.extras.iter().enumerate().map(|(k, &p)| (extra(p, lattice), k)).collect();
+            remainder.extras.iter().enumerate().map(|(k, &p)| (extra(p, lattice), k)).collect();
         extras.sort_by(|(x, _), (y, _)| match (x, y) {
             (Extra::Lattice(x), Extra::Lattice(y)) => x.cmp(y),
             (Extra::Lattice(_), Extra::Exact(_)) => std::cmp::Ordering::Less,
@@ -80,7 +80,7 @@ impl Named {
             Some(&place) => place,
             None => extra_names[v as usize - place.len()],
         };
-        let named = conditioned.residue.iter().map(|t| t.map(named));
+        let named = remainder.residue.iter().map(|t| t.map(named));
         let mut further: Vec<([u32; 3], u32)> = named.zip(0..).collect();
         further.sort_unstable();
         residue.triangles = further.iter().map(|&(t, _)| t).collect();
@@ -89,8 +89,8 @@ impl Named {
     }
 
     /// For each vertex of the input its vertex of the whole.
-    pub fn vertices(&self, conditioned: &Conditioned, whole: &Whole) -> Vec<u32> {
-        let origins = &conditioned.origins;
+    pub fn vertices(&self, remainder: &Remainder, whole: &Whole) -> Vec<u32> {
+        let origins = &remainder.origins;
         let mut vertices = vec![u32::MAX; origins.same.len()];
         let names = self.place.iter().chain(&self.extra_names);
         for (v, &name) in origins.vertices.iter().chain(&origins.extras).zip(names) {

@@ -3,7 +3,8 @@
 //! Positions are those of the lattice, as the page has them.
 
 use std::time::Instant;
-use unweld::codec::walk::Walk;
+use unweld::codec::walk::Tour;
+use unweld::codec::whole::Whole;
 use unweld::decoder::decode;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
@@ -14,7 +15,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let time = begin.elapsed();
         let (bare, residue) = (decoder.mesh(), decoder.residue().cloned().unwrap_or_default());
         let lattice = &decoder.contents().ok_or("no contents")?.header.lattice;
-        let mesh = residue.assemble(bare, &Walk::new(&bare.table, &bare.roots), lattice);
+        let mesh = Whole::new(bare, &residue, &Tour::new(bare)).on_lattice(lattice);
         let corner = |v: u32| mesh.positions[v as usize].map(|x| (x as f32).to_bits());
         let mut sum = 0u32;
         for t in &mesh.triangles {

@@ -27,14 +27,14 @@ pub fn table(cases: &[Case], folder: &Path) -> anyhow::Result<Table> {
         eprintln!("curves: {}", case.name);
         let [default, small] = [Profile::Default, Profile::Small].map(|profile| {
             let options = Options { position_bits: case.bits, ..Options::profile(profile) };
-            prefixes_of(case, &Encoder::new(options).encode_to_vec(&case.mesh)?)
+            Encoder::new(options).encode_to_vec(&case.mesh)
         });
         let (default, small) = (default?, small?);
         let single = single_rate(case)?;
-        let whole = default.last().map_or(0.0, |point| point.0);
         for share in SHARES {
-            let bytes = whole * f64::from(share) / 100.0;
-            let [ours, peer] = [&default, &single].map(|points| at(points, bytes));
+            let bytes = default.len() * share as usize / 100;
+            let mesh = prefixes::decode(&default[..bytes])?;
+            let [ours, peer] = [mesh.and_then(|mesh| percent(case, &mesh)), at(&single, bytes as f64)];
             table.rows.push(vec![
                 Cell::text(&case.name),
                 Cell::Count(u64::from(share)),
@@ -47,8 +47,11 @@ pub fn table(cases: &[Case], folder: &Path) -> anyhow::Result<Table> {
         let stem = case.name.split('.').next().unwrap_or(&case.name);
         let path = folder.join(format!("{stem}.svg"));
         let curves = [
-            Curve { name: "unweld, prefixes of one file", points: default },
-            Curve { name: "unweld --profile small, prefixes of one file", points: small },
+            Curve { name: "unweld, prefixes of one file", points: prefixes_of(case, &default)? },
+            Curve {
+                name: "unweld --profile small, prefixes of one file",
+                points: prefixes_of(case, &small)?,
+            },
             Curve { name: "meshopt_simplifyWithUpdate, then Draco: a file a point", points: single },
         ];
         let title = format!(
@@ -91,9 +94,9 @@ fn single_rate(case: &Case) -> anyhow::Result<Vec<Point>> {
         let triangles = case.mesh.triangles.len() as f64 * 2f64.powf(-f64::from(step) / 2.0);
         let Some(mesh) = meshopt_simplify_with_update(&case.mesh, triangles as usize) else { break };
         let Some(error) = percent(case, &mesh) else { break };
-        // Bits for which the lattice's step is neither far below the error nor far above.
+        // Bits for which the lattice's step is neither far below the error nor, where there are more bits, far above.
         let steps = |bits: u32| extent(&mesh) / 2f64.powi(bits as i32) / (error / 100.0 * case.diagonal());
-        for bits in (6..=case.bits).filter(|&bits| (0.4..5.0).contains(&steps(bits))) {
+        for bits in (6..=case.bits).filter(|&b| steps(b) > 0.4 && (steps(b) < 5.0 || b == case.bits)) {
             add(&mesh, bits)?;
         }
     }

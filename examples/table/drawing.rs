@@ -2,6 +2,7 @@
 
 use super::curves::Point;
 use anyhow::anyhow;
+use plotters::coord::combinators::WithKeyPoints;
 use plotters::prelude::*;
 
 /// A line of a picture.
@@ -25,9 +26,11 @@ fn render(title: &str, curves: &[Curve], text: &mut String) -> Result<(), Box<dy
     let [bytes, errors] = [|p: &Point| p.0, |p: &Point| p.1].map(|of| {
         let (low, high) =
             points().map(of).fold((f64::MAX, 0.0f64), |(low, high), x| (low.min(x), high.max(x)));
-        low / 1.2..high * 1.2
+        (low / 1.2, high * 1.2)
     });
-    if bytes.is_empty() || errors.is_empty() {
+    // The names stand in the upper right corner: above all curves.
+    let errors = (errors.0, errors.1 * 2.0);
+    if bytes.0 > bytes.1 {
         return Err("there are no points".into());
     }
     let area = SVGBackend::with_string(text, SIZE).into_drawing_area();
@@ -37,11 +40,11 @@ fn render(title: &str, curves: &[Curve], text: &mut String) -> Result<(), Box<dy
         .margin(12)
         .x_label_area_size(46)
         .y_label_area_size(72)
-        .build_cartesian_2d(bytes.log_scale(), errors.log_scale())?;
+        .build_cartesian_2d(axis(bytes), axis(errors))?;
     chart
         .configure_mesh()
         .bold_line_style(BLACK.mix(0.2))
-        .light_line_style(BLACK.mix(0.07))
+        .max_light_lines(0)
         .label_style((FONT, 14))
         .axis_desc_style((FONT, 15))
         .x_desc("bytes")
@@ -73,6 +76,19 @@ fn render(title: &str, curves: &[Curve], text: &mut String) -> Result<(), Box<dy
         .draw()?;
     area.present()?;
     Ok(())
+}
+
+/// A logarithmic axis with marks at 1, 2 and 5 times the powers of ten.
+fn axis((low, high): (f64, f64)) -> WithKeyPoints<LogCoord<f64>> {
+    let decades = low.log10().floor() as i32..=high.log10().ceil() as i32;
+    let marks = decades.flat_map(|decade| [1.0, 2.0, 5.0].map(|digit| mark(digit, decade)));
+    let marks = marks.filter(|mark| (low..=high).contains(mark)).collect();
+    (low..high).log_scale().with_key_points(marks)
+}
+
+/// A digit times a power of ten, as the nearest number, so that it is written shortly.
+fn mark(digit: f64, decade: i32) -> f64 {
+    if decade < 0 { digit / 10f64.powi(-decade) } else { digit * 10f64.powi(decade) }
 }
 
 fn size(bytes: f64) -> String {

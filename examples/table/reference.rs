@@ -64,12 +64,65 @@ const VERSION: &str = "1389054";
 
 /// Measured by the program of the version named.
 const EARLIER: [Earlier; 8] = [
-    Earlier { file: "scan_bunny.ply.gz", bytes: 69_137, errors: [None; 6] },
-    Earlier { file: "organic_horse.ply.gz", bytes: 85_125, errors: [None; 6] },
-    Earlier { file: "bench/igea.ply.gz", bytes: 210_854, errors: [None; 6] },
-    Earlier { file: "genus1_rocker_arm.obj.gz", bytes: 25_281, errors: [None; 6] },
-    Earlier { file: "cad_fandisk.obj.gz", bytes: 13_777, errors: [None; 6] },
-    Earlier { file: "organic_cat.obj.gz", bytes: 17_803, errors: [None; 6] },
-    Earlier { file: "genus12_boot.obj.gz", bytes: 53_720, errors: [None; 6] },
-    Earlier { file: "bench/dragon_vrip.ply.gz", bytes: 0, errors: [None; 6] },
+    Earlier {
+        file: "scan_bunny.ply.gz",
+        bytes: 68_960,
+        errors: [None, Some(0.1485), Some(0.057814), Some(0.02761), Some(0.017125), Some(0.010593)],
+    },
+    Earlier {
+        file: "organic_horse.ply.gz",
+        bytes: 85_125,
+        errors: [
+            Some(0.22871),
+            Some(0.086773),
+            Some(0.033118),
+            Some(0.015614),
+            Some(0.0096992),
+            Some(0.0061674),
+        ],
+    },
+    Earlier {
+        file: "bench/igea.ply.gz",
+        bytes: 210_854,
+        errors: [
+            Some(0.096979),
+            Some(0.034155),
+            Some(0.0177),
+            Some(0.0092805),
+            Some(0.006349),
+            Some(0.0044641),
+        ],
+    },
+    Earlier {
+        file: "genus1_rocker_arm.obj.gz",
+        bytes: 25_281,
+        errors: [None, Some(0.37763), Some(0.12556), Some(0.053353), Some(0.024532), Some(0.014424)],
+    },
+    Earlier {
+        file: "cad_fandisk.obj.gz",
+        bytes: 13_777,
+        errors: [None, None, Some(0.094224), Some(0.021581), Some(0.0093341), Some(0.0059193)],
+    },
+    Earlier {
+        file: "organic_cat.obj.gz",
+        bytes: 17_803,
+        errors: [None, None, Some(0.23929), Some(0.081322), Some(0.037546), Some(0.021264)],
+    },
+    Earlier {
+        file: "genus12_boot.obj.gz",
+        bytes: 53_720,
+        errors: [None, Some(0.21637), Some(0.11876), Some(0.051701), Some(0.031939), Some(0.019042)],
+    },
+    Earlier {
+        file: "bench/dragon_vrip.ply.gz",
+        bytes: 674_979,
+        errors: [
+            Some(0.062176),
+            Some(0.021311),
+            Some(0.010752),
+            Some(0.0059498),
+            Some(0.0044053),
+            Some(0.0038226),
+        ],
+    },
 ];

@@ -19,6 +19,9 @@ pub fn table(
 ) -> anyhow::Result<Table> {
     let columns = if small { &COLUMNS[..] } else { &COLUMNS[..OF_DEFAULT] };
     let mut table = Table::new(title, &[note, NOTE], columns);
+    if small {
+        table.notes.push(SMALL_NOTE.to_owned());
+    }
     // One mesh after the other, so that memory holds one of them.
     for case in cases {
         let case = case?;
@@ -82,5 +85,5 @@ const COLUMNS: [&str; 12] = [
 /// How many of the columns are about the default settings.
 const OF_DEFAULT: usize = 10;
 
-const NOTE: &str = "Bytes without residue; Draco: Edgebreaker, compression level 10, on the same lattice. Frame: the bytes of header, table of contents and metadata, \
-    and their share. Small: `--profile small`.";
+const NOTE: &str = "Bytes without residue; Draco: Edgebreaker, compression level 10, on the same lattice. Frame: the bytes of header, table of contents and metadata, and their share.";
+const SMALL_NOTE: &str = "Small: the file of `--profile small`.";

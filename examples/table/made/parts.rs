@@ -100,7 +100,7 @@ fn ladder(ring: &[[f64; 3]]) -> Vec<Facet> {
 
 /// A spur gear with a bore.
 pub fn gear(teeth: u32) -> IndexedMesh {
-    let steps = 24;
+    let steps = 60;
     let outline = |z: f64| -> Vec<[f64; 3]> {
         let point = |k: u32| {
             let turn = TAU * f64::from(k) / f64::from(teeth * steps);

@@ -59,9 +59,12 @@ fn render(title: &str, curves: &[Curve], text: &mut String) -> Result<(), Box<dy
             0 => chart.draw_series(LineSeries::new(line, style))?,
             dash => chart.draw_series(DashedLineSeries::new(line, dash, dash / 2 + 3, style))?,
         };
-        series.label(curve.name).legend(move |(x, y)| {
-            EmptyElement::at((x, y))
-                + PathElement::new([(0, 0), (24, 0)], style)
+        // A gap round the mark in the middle tells a dashed line.
+        let end = if dash == 0 { 12 } else { 7 };
+        series.label(curve.name).legend(move |at| {
+            EmptyElement::at(at)
+                + PathElement::new([(0, 0), (end, 0)], style)
+                + PathElement::new([(24 - end, 0), (24, 0)], style)
                 + Circle::new((12, 0), 3, colour.filled())
         });
         chart.draw_series(curve.points.iter().map(|&point| Circle::new(point, 3, colour.filled())))?;

@@ -78,7 +78,7 @@ fn range_image(seed: u64) -> IndexedMesh {
     let positions = &mesh.positions;
     mesh.triangles.retain(|t| {
         let [a, b, c] = t.map(|v| positions[v as usize][2]);
-        a.max(b).max(c) - a.min(b).min(c) < 3.2 / f64::from(side)
+        a.max(b).max(c) - a.min(b).min(c) < 9.0 / f64::from(side)
     });
     compact(&mesh)
 }

@@ -14,10 +14,10 @@ use std::path::{Path, PathBuf};
     after_help = EXAMPLES
 )]
 pub struct Args {
-    /// Meshes to measure instead of the default ones (PLY, OBJ, STL or OFF, also gzip-compressed)
+    /// Meshes to measure instead of the default ones (PLY, OBJ, STL or OFF, also gzip-compressed, or the triangles of a GLB)
     #[arg(value_name = "MESHES")]
     pub meshes: Vec<PathBuf>,
-    /// Bits a coordinate; 12 where not given, 14 for the dragon and the generated meshes
+    /// Bits a coordinate; 12 where not given, 14 for the dragon, the small meshes, the CAD parts and the growing meshes
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(8..=24))]
     pub bits: Option<u32>,
     /// Runs of which times are the median
@@ -29,6 +29,12 @@ pub struct Args {
     /// Sizes of the generated meshes of the section `linear`, in million triangles
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1.0, 2.0, 4.0, 8.0])]
     pub linear: Vec<f64>,
+    /// Seed of the generated meshes of the section `acceptance`
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    pub seed: u64,
+    /// Folder of the drawings of the section `curves`
+    #[arg(long, value_name = "FOLDER", default_value = "examples/curves")]
+    pub curves: PathBuf,
     /// Where to write the tables as Markdown; BENCHMARKS.md where everything is measured, else nowhere
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -40,20 +46,32 @@ pub struct Args {
 /// A part of the benchmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum Section {
+    /// Sizes beside Draco, of the default settings and of the profile small
+    Sizes,
+    /// Sizes of generated meshes whose vertices stand in rows, or in part
+    Structured,
+    /// Sizes of small meshes
+    Small,
+    /// Sizes of generated meshes that no rule of the codec was chosen on
+    Acceptance,
     /// Sizes, errors, times and memory
     Main,
     /// The same for the dragon
     Dragon,
-    /// Sizes of generated meshes whose vertices stand in rows
-    Structured,
+    /// Errors of the levels of CAD parts
+    Cad,
     /// Sizes beside progressive coders
     Progressive,
+    /// Errors of prefixes beside an earlier version's
+    Earlier,
+    /// Errors of prefixes, with a coarse preview
+    Prefixes,
+    /// Errors against bytes, drawn, beside simplified meshes coded by Draco
+    Curves,
     /// Bits of keyframes
     Keyframes,
     /// Time and memory of growing meshes
     Linear,
-    /// Errors of prefixes
-    Prefixes,
     /// The comparison of the paper: ffc and stellar
     Paper,
     /// The profiles beside the default
@@ -62,15 +80,29 @@ pub enum Section {
     Exact,
 }
 
+impl Section {
+    /// Whether it measures meshes of its own, whatever is named.
+    fn of_its_own(self) -> bool {
+        matches!(
+            self,
+            Self::Structured
+                | Self::Small
+                | Self::Acceptance
+                | Self::Dragon
+                | Self::Cad
+                | Self::Progressive
+                | Self::Earlier
+                | Self::Linear
+        )
+    }
+}
+
 impl Args {
     /// The sections to measure, in their order.
     pub fn sections(&self) -> Vec<Section> {
         let chosen = |section: &Section| match self.sections.as_slice() {
             [] if self.meshes.is_empty() => true,
-            [] => !matches!(
-                section,
-                Section::Dragon | Section::Structured | Section::Progressive | Section::Linear
-            ),
+            [] => !section.of_its_own(),
             sections => sections.contains(section),
         };
         Section::value_variants().iter().copied().filter(chosen).collect()
@@ -111,5 +143,8 @@ const EXAMPLES: &str = "\
 EXAMPLES
   table                                          everything, written to BENCHMARKS.md
   table --sections main --runs 1                 the main table, quickly
+  table --sections sizes,structured,small,acceptance,cad,earlier
+                                                 sizes and errors alone: they do not depend on the machine
+  table --sections acceptance --seed 7           other meshes of the same kinds
   table --sections linear 1.ply 2.ply 4.ply      time and memory of growing meshes of one's own
   table --bits 14 --json here.json a.ply b.obj   meshes of one's own";

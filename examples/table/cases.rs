@@ -1,5 +1,6 @@
 //! The meshes: where they are, and as what all coders get them.
 
+use super::glb;
 use anyhow::{Context, anyhow, ensure};
 use std::env;
 use std::path::{Path, PathBuf};
@@ -28,9 +29,14 @@ impl Case {
     /// Those of reading; where no triangle is left.
     pub fn read(path: &Path, bits: u32) -> anyhow::Result<Self> {
         let name = path.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
-        // The error's text has the path and the cause.
-        let source = unweld::formats::read(path).map_err(|e| anyhow!("{e}"))?;
-        Self::of(name, source.mesh, bits)
+        let mesh = if path.extension().is_some_and(|ending| ending == "glb") {
+            glb::read(&std::fs::read(path).with_context(|| path.display().to_string())?)
+                .with_context(|| path.display().to_string())?
+        } else {
+            // The error's text has the path and the cause.
+            unweld::formats::read(path).map_err(|e| anyhow!("{e}"))?.mesh
+        };
+        Self::of(name, mesh, bits)
     }
 
     /// Conditions a mesh.

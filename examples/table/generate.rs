@@ -1,5 +1,6 @@
 //! Generated meshes of any size: no scan's, but irregular. The same arguments give the same mesh.
 
+use super::made::noise::{ridges, unit};
 use std::f64::consts::TAU;
 use unweld::mesh::IndexedMesh;
 
@@ -33,7 +34,7 @@ pub fn terrain(width: u32, depth: u32, seed: u64) -> IndexedMesh {
             positions.push([
                 x,
                 y,
-                height(x / f64::from(width), y / f64::from(width), seed) * f64::from(width),
+                ridges(x / f64::from(width), y / f64::from(width), seed) * f64::from(width),
             ]);
         }
     }
@@ -52,34 +53,6 @@ fn cells(width: u32, depth: u32, seed: u64, vertex: impl Fn(u32, u32) -> u32) ->
         }
     }
     triangles
-}
-
-/// Octaves of noise at a place of the unit square: ridges.
-fn height(x: f64, y: f64, seed: u64) -> f64 {
-    let octave = |k: i32| {
-        let (frequency, weight) = (4.0 * 2f64.powi(k), 0.12 * 0.5f64.powi(k));
-        weight * (1.0 - noise(x * frequency, y * frequency, seed + 7 * k as u64).abs())
-    };
-    (0..6).map(octave).sum()
-}
-
-/// Noise from -1 to 1, smooth between the points of the integer lattice.
-fn noise(x: f64, y: f64, seed: u64) -> f64 {
-    let (i, j) = (x.floor(), y.floor());
-    let at = |di: f64, dj: f64| unit(seed, (i + di) as u32, (j + dj) as u32, 4);
-    let fade = |t: f64| t * t * (3.0 - 2.0 * t);
-    let (s, t) = (fade(x - i), fade(y - j));
-    let mix = |a: f64, b: f64, t: f64| a + (b - a) * t;
-    mix(mix(at(0.0, 0.0), at(1.0, 0.0), s), mix(at(0.0, 1.0), at(1.0, 1.0), s), t)
-}
-
-/// A number from -1 to 1 for a place and a purpose (the finalizer of SplitMix64: Steele, Lea, Flood 2014).
-pub fn unit(seed: u64, i: u32, j: u32, purpose: u64) -> f64 {
-    let mut z = (u64::from(i) << 32 | u64::from(j))
-        .wrapping_add(seed.wrapping_mul(8).wrapping_add(purpose).wrapping_mul(0x9e37_79b9_7f4a_7c15));
-    z = (z ^ (z >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-    z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-    ((z ^ (z >> 31)) >> 11) as f64 / (1u64 << 52) as f64 - 1.0
 }
 
 /// Radius of the torus' tube; that of its ring is 1.

@@ -1,7 +1,6 @@
 //! What Edgebreaker takes for the connectivity of level 0 as a keyframe.
 
 use super::cases::Case;
-use super::measure::geometric_mean;
 use super::tables::{Cell, Table};
 use anyhow::Context;
 use unweld::encoder::{Encoder, Keyframes, Options};
@@ -13,7 +12,6 @@ use unweld::encoder::{Encoder, Keyframes, Options};
 pub fn table(cases: &[Case]) -> anyhow::Result<Table> {
     let columns = ["mesh", "triangles", "symbols", "loops", "handles", "sum", "positions bits/vertex"];
     let mut table = Table::new("Keyframe of level 0", &[NOTE], &columns);
-    let mut sums = Vec::new();
     for case in cases {
         let options = Options { keyframes: Keyframes::Levels(vec![0]), ..case.options() };
         let report = Encoder::new(options).encode(&case.mesh, &mut std::io::sink())?;
@@ -25,17 +23,12 @@ pub fn table(cases: &[Case]) -> anyhow::Result<Table> {
         let parts = [keyframe.connectivity, keyframe.loops, keyframe.handles];
         let per_triangle = |bits: f64| bits / f64::from(keyframe.triangles);
         let sum = per_triangle(parts.iter().sum());
-        sums.push(sum);
         let mut row = vec![Cell::text(&case.name), Cell::Count(u64::from(keyframe.triangles))];
         row.extend(parts.map(|bits| Cell::Number(per_triangle(bits), 4)));
         row.push(Cell::Number(sum, 4));
         row.push(Cell::Number(keyframe.positions / case.mesh.positions.len() as f64, 2));
         table.rows.push(row);
     }
-    let mut means = vec![Cell::None; columns.len()];
-    means[0] = Cell::text("geometric mean");
-    means[5] = Cell::number(geometric_mean(sums.into_iter()), 4);
-    table.rows.push(means);
     Ok(table)
 }
 

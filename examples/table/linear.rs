@@ -61,7 +61,7 @@ pub fn table(args: &Args) -> anyhow::Result<Table> {
     costs.sort_by(|a, b| a.triangles.total_cmp(&b.triangles));
     if let (Some(small), Some(large)) = (costs.first(), costs.last()) {
         let ratio = |k: usize| Cell::Number(large.per_triangle()[k] / small.per_triangle()[k], 3);
-        table.rows.push(vec![
+        table.foot.push(vec![
             Cell::text("largest : smallest"),
             Cell::Number(large.triangles / small.triangles, 2),
             ratio(0),

@@ -3,7 +3,7 @@
 use super::cases::Case;
 use super::measure::{geometric_mean, median, peak, seconds, unbounded};
 use super::peers::Draco;
-use super::quality::{self, Quality, SHARES};
+use super::quality::{self, Quality};
 use super::tables::{Cell, Table};
 use anyhow::{Context, ensure};
 use unweld::container::parse_contents;
@@ -109,7 +109,7 @@ pub fn tables(title: &str, cases: &[Case], runs: usize) -> anyhow::Result<Vec<Ta
     table.notes.push(format!(
         "Times are CPU time of the one thread, in process, medians of {runs}, the coders in turn: from arrays in memory to bytes in \
          memory, and from there to the mesh (unweld: `Decoder::mesh`). Peak memory is what is allocated above the input, result \
-         included. The last row has geometric means.",
+         included.",
     ));
     let mut all = Vec::new();
     for case in cases {
@@ -118,7 +118,6 @@ pub fn tables(title: &str, cases: &[Case], runs: usize) -> anyhow::Result<Vec<Ta
         table.rows.push(row(case, &measured));
         all.push((case, measured));
     }
-    table.rows.push(means(&all));
     let qualities: Vec<_> = all.iter().map(|(case, m)| (*case, m.qualities.clone())).collect();
     Ok(vec![table, quality::table(&format!("{title}: errors of the levels"), &qualities)])
 }
@@ -152,6 +151,7 @@ fn row(case: &Case, measured: &Measured) -> Vec<Cell> {
         Cell::Number(measured.size_ratio(), 3),
     ];
     row.extend(measured.qualities.iter().map(|quality| Cell::number(quality.ratio(), 2)));
+    row.push(Cell::number(measured.error_ratio(), 2));
     for (time, ratio) in measured.seconds.into_iter().zip(measured.time_ratios()) {
         row.extend([Cell::Number(time, 3), Cell::Number(ratio, 2)]);
     }
@@ -159,23 +159,7 @@ fn row(case: &Case, measured: &Measured) -> Vec<Cell> {
     row
 }
 
-/// The last row: geometric means of the ratios over the meshes.
-fn means(all: &[(&Case, Measured)]) -> Vec<Cell> {
-    let mut row = vec![Cell::None; COLUMNS.len()];
-    row[0] = Cell::text("geometric mean");
-    row[SIZE_RATIO] = Cell::number(geometric_mean(all.iter().map(|(_, m)| m.size_ratio())), 3);
-    for k in 0..SHARES.len() {
-        let ratios = all.iter().filter_map(|(_, m)| m.qualities.get(k)?.ratio());
-        row[SIZE_RATIO + 1 + k] = Cell::number(geometric_mean(ratios), 2);
-    }
-    for k in 0..2 {
-        let ratios = all.iter().map(|(_, m)| m.time_ratios()[k]);
-        row[TIME_RATIO + 2 * k] = Cell::number(geometric_mean(ratios), 2);
-    }
-    row
-}
-
-const COLUMNS: [&str; 25] = [
+const COLUMNS: [&str; 26] = [
     "mesh",
     "bits",
     "vertices",
@@ -195,6 +179,7 @@ const COLUMNS: [&str; 25] = [
     "25 %",
     "10 %",
     "5 %",
+    "error/meshopt",
     "encode s",
     "encode/Draco",
     "decode s",
@@ -202,14 +187,10 @@ const COLUMNS: [&str; 25] = [
     "encode B/vertex",
     "decode B/vertex",
 ];
-/// Where in the row the ratio to Draco's size stands, and the first of the ratios to its times.
-const SIZE_RATIO: usize = 14;
-const TIME_RATIO: usize = 20;
-
 const NOTES: [&str; 2] = [
     "Default settings. Levels: the base is one of them; growth: the most that one has triangles over the coarser one before it. Base: its vertices. Connectivity, geometry (of the refinements) and rest (base, header, table of contents, \
      metadata) are bits a vertex of level 0 and add up to bits/vertex and to bytes, which leave the residue out (isolated vertices, degenerate \
      and repeated triangles, stitches, orientation flags); \"with residue\" is the whole file of the mesh as read. bytes/Draco is bytes (without residue) over Draco's \
      (draco-core, Edgebreaker, compression level 10): both code the same conditioned arrays on the same lattice.",
-    "Error columns: mean surface error over `meshopt_simplify`'s at about 50, 25, 10 and 5 % of the triangles, see the table of the levels.",
+    "Error columns: mean surface error over `meshopt_simplify`'s at about 50, 25, 10 and 5 % of the triangles, see the table of the levels; error/meshopt is their geometric mean.",
 ];

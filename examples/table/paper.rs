@@ -55,7 +55,7 @@ pub fn tables(cases: &[Case], runs: usize) -> anyhow::Result<Vec<Table>> {
     means[0] = Cell::text("geometric mean");
     means[5] = Cell::number(geometric_mean(ratios.into_iter()), 2);
     means[6] = Cell::number(geometric_mean(PAPER_TOTALS.iter().map(|row| row.3 / row.4)), 2);
-    totals.rows.push(means);
+    totals.foot.push(means);
 
     let mut routines = Table::new("ffc and stellar: share of the routines", &[ROUTINES_NOTE], &ROUTINES);
     if let Some(case) = cases.first() {

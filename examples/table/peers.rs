@@ -1,5 +1,6 @@
 //! The peers: Draco (crate `draco-core`) and meshoptimizer (crate `meshopt`), on the arrays that unweld gets.
 
+use super::made::compact;
 use anyhow::Context;
 use draco_core::{
     DataType, DecoderBuffer, EncoderBuffer, EncoderOptions, GeometryAttributeType, Mesh, MeshDecoder,
@@ -117,6 +118,42 @@ pub fn meshopt_simplify(mesh: &IndexedMesh, triangles: usize) -> Option<IndexedM
         .then(|| IndexedMesh::new(mesh.positions.clone(), simplified))
 }
 
+/// `meshopt_simplifyWithUpdate` to so many triangles, whatever the error, boundaries not locked: it moves the vertices that stay to where
+/// the error is least. `None` where it stops before.
+pub fn meshopt_simplify_with_update(mesh: &IndexedMesh, triangles: usize) -> Option<IndexedMesh> {
+    let (min, _) = lattice::bounds(mesh.positions.iter().copied())?;
+    let near_origin = |p: &[f64; 3]| std::array::from_fn(|k| (p[k] - min[k]) as f32);
+    let mut positions: Vec<[f32; 3]> = mesh.positions.iter().map(near_origin).collect();
+    let mut indices = mesh.triangles.as_flattened().to_vec();
+    let count = meshopt::simplify_with_update(
+        &mut indices,
+        &mut positions,
+        &mut [],
+        &[],
+        0,
+        None,
+        triangles * 3,
+        f32::MAX,
+        SimplifyOptions::None,
+        None,
+    );
+    indices.truncate(count);
+    let simplified: Vec<[u32; 3]> = indices.as_chunks().0.to_vec();
+    let back = |p: &[f32; 3]| std::array::from_fn(|k| f64::from(p[k]) + min[k]);
+    (simplified.len() <= triangles && !simplified.is_empty())
+        .then(|| compact(&IndexedMesh::new(positions.iter().map(back).collect(), simplified)))
+}
+
+/// A mesh with its vertices on the lattice of so many bits over it.
+///
+/// # Errors
+/// Where there are no vertices.
+pub fn on_lattice(mesh: &IndexedMesh, bits: u32) -> anyhow::Result<IndexedMesh> {
+    let lattice = lattice_of(mesh, bits)?;
+    let positions = mesh.positions.iter().map(|&p| lattice.position(lattice.quantise(p))).collect();
+    Ok(IndexedMesh::new(positions, mesh.triangles.clone()))
+}
+
 /// The lattice that unweld uses for a mesh of which all vertices are in triangles.
 fn lattice_of(mesh: &IndexedMesh, bits: u32) -> anyhow::Result<Lattice> {
     let (min, max) = lattice::bounds(mesh.positions.iter().copied()).context("no vertices")?;
@@ -153,6 +190,9 @@ mod tests {
         let sphere = shapes::sphere(4);
         let small = meshopt_simplify(&sphere, 200).unwrap();
         assert!((100..=200).contains(&small.triangles.len()));
+        let moved = meshopt_simplify_with_update(&sphere, 200).unwrap();
+        assert!((100..=200).contains(&moved.triangles.len()));
+        assert!(moved.positions.iter().any(|p| !sphere.positions.contains(p)));
         assert!(meshopt_simplify(&shapes::tetrahedron(), 1).is_none());
     }
 }

@@ -37,7 +37,7 @@ pub fn table(cases: &[Case]) -> anyhow::Result<Table> {
 }
 
 /// The mesh of a prefix, or `None` before the end of the base.
-fn decode(prefix: &[u8]) -> anyhow::Result<Option<IndexedMesh>> {
+pub fn decode(prefix: &[u8]) -> anyhow::Result<Option<IndexedMesh>> {
     let mut decoder = Decoder::new(Options::default());
     decoder.push(prefix);
     while decoder.poll()?.is_some() {}

@@ -25,7 +25,7 @@ pub fn table(cases: &[Case], runs: usize) -> anyhow::Result<Table> {
     }
     for ((name, _), ratios) in PROFILES.iter().zip(&ratios) {
         let mean = |k: usize| geometric_mean(ratios.iter().filter_map(|figures| figures[k]));
-        table.rows.push(row("geometric mean", name, None, [0, 1, 2, 3].map(mean)));
+        table.foot.push(row("geometric mean", name, None, [0, 1, 2, 3].map(mean)));
     }
     Ok(table)
 }

@@ -101,7 +101,7 @@ pub fn table(title: &str, of_cases: &[(&Case, Vec<Quality>)]) -> Table {
         row[1] = share.map_or(Cell::text("all"), |share| Cell::Count(u64::from(share)));
         row[6] = Cell::number(geometric_mean(of_share().filter_map(Quality::ratio)), 2);
         row[8] = Cell::number(geometric_mean(of_share().filter_map(Quality::rounded_ratio)), 2);
-        table.rows.push(row);
+        table.foot.push(row);
     }
     table
 }

@@ -26,6 +26,8 @@ pub struct Table {
     pub columns: Vec<String>,
     /// One cell a column each.
     pub rows: Vec<Vec<Cell>>,
+    /// Rows below the others, about all of them.
+    pub foot: Vec<Vec<Cell>>,
 }
 
 impl Cell {
@@ -62,7 +64,28 @@ impl Table {
     /// An empty table.
     pub fn new(title: &str, notes: &[&str], columns: &[&str]) -> Self {
         let owned = |texts: &[&str]| texts.iter().map(|&text| text.to_owned()).collect();
-        Self { title: title.to_owned(), notes: owned(notes), columns: owned(columns), rows: Vec::new() }
+        Self {
+            title: title.to_owned(),
+            notes: owned(notes),
+            columns: owned(columns),
+            rows: Vec::new(),
+            foot: Vec::new(),
+        }
+    }
+
+    /// Where the column of this head is.
+    pub fn column(&self, head: &str) -> Option<usize> {
+        self.columns.iter().position(|column| column == head)
+    }
+
+    /// A row below the others: `what` in its first cell, then what is given for columns.
+    pub fn close(&mut self, what: &str, cells: impl IntoIterator<Item = (usize, Cell)>) {
+        let mut row = vec![Cell::None; self.columns.len()];
+        row[0] = Cell::text(what);
+        for (column, cell) in cells {
+            row[column] = cell;
+        }
+        self.foot.push(row);
     }
 
     /// For a terminal: columns aligned.
@@ -108,13 +131,13 @@ impl Table {
         json!({
             "title": self.title,
             "notes": self.notes,
-            "rows": self.rows.iter().map(row).collect::<Vec<_>>(),
+            "rows": self.rows.iter().chain(&self.foot).map(row).collect::<Vec<_>>(),
         })
     }
 
     /// Heads and rows as they are shown.
     fn shown(&self) -> Vec<Vec<String>> {
-        let rows = self.rows.iter().map(|row| row.iter().map(Cell::shown).collect());
+        let rows = self.rows.iter().chain(&self.foot).map(|row| row.iter().map(Cell::shown).collect());
         std::iter::once(self.columns.clone()).chain(rows).collect()
     }
 }

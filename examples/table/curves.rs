@@ -5,7 +5,7 @@ use super::drawing::{self, Curve};
 use super::peers::{Draco, meshopt_simplify_with_update, on_lattice};
 use super::prefixes;
 use super::quality::{SAMPLES, SEED, mean_distance};
-use super::tables::{Cell, Table};
+use super::tables::{Cell, Table, grouped};
 use anyhow::Context;
 use std::path::Path;
 use unweld::encoder::{Encoder, Options, Profile};
@@ -14,12 +14,14 @@ use unweld::mesh::{IndexedMesh, lattice};
 /// Bytes, and the mean error in % of the diagonal.
 pub type Point = (f64, f64);
 
-/// Draws a picture a mesh in the folder, named in the notes; one row a mesh and share of the file.
+/// One row a mesh and share of the file; where there is a folder, a picture a mesh in it, which the notes show.
 ///
 /// # Errors
 /// Those of the coders and of writing.
-pub fn table(cases: &[Case], folder: &Path) -> anyhow::Result<Table> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+pub fn table(cases: &[Case], folder: Option<&Path>) -> anyhow::Result<Table> {
+    if let Some(folder) = folder {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
     let columns = ["mesh", "share %", "bytes", "error %", "error %, single", "error/single"];
     let mut table = Table::new("Prefixes beside single-rate files", &[&note()], &columns);
     let mut pictures = Vec::new();
@@ -44,6 +46,7 @@ pub fn table(cases: &[Case], folder: &Path) -> anyhow::Result<Table> {
                 Cell::number(ours.zip(peer).map(|(ours, peer)| ours / peer), 2),
             ]);
         }
+        let Some(folder) = folder else { continue };
         let stem = case.name.split('.').next().unwrap_or(&case.name);
         let path = folder.join(format!("{stem}.svg"));
         let curves = [
@@ -54,16 +57,15 @@ pub fn table(cases: &[Case], folder: &Path) -> anyhow::Result<Table> {
             },
             Curve { name: "meshopt_simplifyWithUpdate, then Draco: a file a point", points: single },
         ];
-        let title = format!(
-            "{stem}, {} triangles, {} bits",
-            super::tables::grouped(case.mesh.triangles.len() as u64),
-            case.bits
-        );
+        let triangles = grouped(case.mesh.triangles.len() as u64);
+        let title = format!("{stem}, {triangles} triangles, {} bits", case.bits);
         let picture = drawing::draw(&title, &curves)?;
         std::fs::write(&path, picture).with_context(|| path.display().to_string())?;
         pictures.push(format!("![{title}: error against bytes]({})", path.display()));
     }
-    table.notes.push(pictures.join("\n"));
+    if !pictures.is_empty() {
+        table.notes.push(pictures.join("\n"));
+    }
     Ok(table)
 }
 

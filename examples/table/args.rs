@@ -68,6 +68,8 @@ pub enum Section {
     Prefixes,
     /// Errors against bytes, drawn, beside simplified meshes coded by Draco
     Curves,
+    /// Errors of prefixes beside another simplifier's meshes, estimated
+    Hqms,
     /// Bits of keyframes
     Keyframes,
     /// Time and memory of growing meshes
@@ -92,6 +94,7 @@ impl Section {
                 | Self::Cad
                 | Self::Progressive
                 | Self::Earlier
+                | Self::Hqms
                 | Self::Linear
         )
     }

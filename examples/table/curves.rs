@@ -84,9 +84,7 @@ fn prefixes_of(case: &Case, file: &[u8]) -> anyhow::Result<Vec<Point>> {
 fn single_rate(case: &Case) -> anyhow::Result<Vec<Point>> {
     let mut points = Vec::new();
     let mut add = |mesh: &IndexedMesh, bits: u32| -> anyhow::Result<()> {
-        let draco = Draco::new(mesh, bits)?;
-        let bytes = draco.encode(draco.encoder())?.len() as f64;
-        points.extend(percent(case, &on_lattice(mesh, bits)?).map(|error| (bytes, error)));
+        points.push(coded(case, mesh, bits)?);
         Ok(())
     };
     for bits in case.bits - 2..=case.bits {
@@ -103,6 +101,16 @@ fn single_rate(case: &Case) -> anyhow::Result<Vec<Point>> {
         }
     }
     Ok(envelope(points))
+}
+
+/// What Draco makes of a mesh with so many bits.
+///
+/// # Errors
+/// Those of Draco.
+pub fn coded(case: &Case, mesh: &IndexedMesh, bits: u32) -> anyhow::Result<Point> {
+    let draco = Draco::new(mesh, bits)?;
+    let bytes = draco.encode(draco.encoder())?.len() as f64;
+    Ok((bytes, percent(case, &on_lattice(mesh, bits)?).context("a mesh has a surface")?))
 }
 
 /// The points that no other beats in both.
@@ -131,7 +139,8 @@ fn at(points: &[Point], bytes: f64) -> Option<f64> {
     }
 }
 
-fn percent(case: &Case, mesh: &IndexedMesh) -> Option<f64> {
+/// The mean distance of a case's surface from a mesh, in % of the diagonal.
+pub fn percent(case: &Case, mesh: &IndexedMesh) -> Option<f64> {
     mean_distance(case, mesh).map(|error| error * 100.0 / case.diagonal())
 }
 

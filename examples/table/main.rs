@@ -17,6 +17,7 @@ mod figures;
 mod generate;
 mod glb;
 mod goals;
+mod hqms;
 mod keyframes;
 mod linear;
 mod machine;
@@ -117,6 +118,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Earlier => vec![reference::table()?],
         Section::Prefixes => vec![prefixes::table(&args.cases(&[BUNNY], 12)?)?],
         Section::Curves => vec![curves::table(&args.cases(&CURVES, 12)?, args.curves())?],
+        Section::Hqms => vec![hqms::table()?],
         Section::Keyframes => vec![keyframes::table(&args.cases(&MESHES, 12)?)?],
         Section::Linear => vec![linear::table(args)?],
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,

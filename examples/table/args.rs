@@ -32,9 +32,9 @@ pub struct Args {
     /// Seed of the generated meshes of the section `acceptance`
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
-    /// Folder of the drawings of the section `curves`
-    #[arg(long, value_name = "FOLDER", default_value = "examples/curves")]
-    pub curves: PathBuf,
+    /// Folder for the drawings of the section `curves`; examples/curves where everything is measured, else nowhere
+    #[arg(long, value_name = "FOLDER")]
+    curves: Option<PathBuf>,
     /// Where to write the tables as Markdown; BENCHMARKS.md where everything is measured, else nowhere
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -68,6 +68,8 @@ pub enum Section {
     Prefixes,
     /// Errors against bytes, drawn, beside simplified meshes coded by Draco
     Curves,
+    /// Errors of prefixes beside another simplifier's meshes, estimated
+    Hqms,
     /// Bits of keyframes
     Keyframes,
     /// Time and memory of growing meshes
@@ -92,6 +94,7 @@ impl Section {
                 | Self::Cad
                 | Self::Progressive
                 | Self::Earlier
+                | Self::Hqms
                 | Self::Linear
         )
     }
@@ -110,8 +113,16 @@ impl Args {
 
     /// Where Markdown goes. A run of parts does not overwrite the whole one unasked.
     pub fn out(&self) -> Option<&Path> {
-        let all = self.meshes.is_empty() && self.sections.is_empty();
-        self.out.as_deref().or(all.then_some(Path::new("BENCHMARKS.md")))
+        self.out.as_deref().or(self.everything().then_some(Path::new("BENCHMARKS.md")))
+    }
+
+    /// Where drawings go; the same holds for them.
+    pub fn curves(&self) -> Option<&Path> {
+        self.curves.as_deref().or(self.everything().then_some(Path::new("examples/curves")))
+    }
+
+    fn everything(&self) -> bool {
+        self.meshes.is_empty() && self.sections.is_empty()
     }
 
     /// The files named, or else those of the default set.

@@ -5,7 +5,7 @@ use super::drawing::{self, Curve};
 use super::peers::{Draco, meshopt_simplify_with_update, on_lattice};
 use super::prefixes;
 use super::quality::{SAMPLES, SEED, mean_distance};
-use super::tables::{Cell, Table};
+use super::tables::{Cell, Table, grouped};
 use anyhow::Context;
 use std::path::Path;
 use unweld::encoder::{Encoder, Options, Profile};
@@ -14,56 +14,68 @@ use unweld::mesh::{IndexedMesh, lattice};
 /// Bytes, and the mean error in % of the diagonal.
 pub type Point = (f64, f64);
 
-/// Draws a picture a mesh in the folder, named in the notes; one row a mesh and share of the file.
+/// One row a mesh and share of the file; where there is a folder, a picture a mesh in it, which the notes show.
 ///
 /// # Errors
 /// Those of the coders and of writing.
-pub fn table(cases: &[Case], folder: &Path) -> anyhow::Result<Table> {
-    std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
-    let columns = ["mesh", "share %", "bytes", "error %", "error %, single", "error/single"];
+pub fn table(cases: &[Case], folder: Option<&Path>) -> anyhow::Result<Table> {
+    if let Some(folder) = folder {
+        std::fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
+    }
+    let columns = [
+        "mesh",
+        "share %",
+        "bytes",
+        "error %",
+        "error %, small",
+        "error %, fine",
+        "error %, single",
+        "error/single",
+    ];
     let mut table = Table::new("Prefixes beside single-rate files", &[&note()], &columns);
     let mut pictures = Vec::new();
     for case in cases {
         eprintln!("curves: {}", case.name);
-        let [default, small] = [Profile::Default, Profile::Small].map(|profile| {
+        let encode = |profile| {
             let options = Options { position_bits: case.bits, ..Options::profile(profile) };
             Encoder::new(options).encode_to_vec(&case.mesh)
-        });
-        let (default, small) = (default?, small?);
+        };
+        let files = [encode(Profile::Default)?, encode(Profile::Small)?, encode(Profile::Fine)?];
         let single = single_rate(case)?;
         for share in SHARES {
-            let bytes = default.len() * share as usize / 100;
-            let mesh = prefixes::decode(&default[..bytes])?;
-            let [ours, peer] = [mesh.and_then(|mesh| percent(case, &mesh)), at(&single, bytes as f64)];
-            table.rows.push(vec![
-                Cell::text(&case.name),
-                Cell::Count(u64::from(share)),
-                Cell::Count(bytes as u64),
-                Cell::number(ours, 4),
-                Cell::number(peer, 4),
-                Cell::number(ours.zip(peer).map(|(ours, peer)| ours / peer), 2),
-            ]);
+            let bytes = files[0].len() * share as usize / 100;
+            let mut errors = [None; 3];
+            for (error, file) in errors.iter_mut().zip(&files) {
+                let mesh = prefixes::decode(&file[..bytes.min(file.len())])?;
+                *error = mesh.and_then(|mesh| percent(case, &mesh));
+            }
+            let peer = at(&single, bytes as f64);
+            let mut row =
+                vec![Cell::text(&case.name), Cell::Count(u64::from(share)), Cell::Count(bytes as u64)];
+            row.extend(errors.into_iter().chain([peer]).map(|error| Cell::number(error, 4)));
+            row.push(Cell::number(errors[0].zip(peer).map(|(ours, peer)| ours / peer), 2));
+            table.rows.push(row);
         }
+        let Some(folder) = folder else { continue };
         let stem = case.name.split('.').next().unwrap_or(&case.name);
         let path = folder.join(format!("{stem}.svg"));
         let curves = [
-            Curve { name: "unweld, prefixes of one file", points: prefixes_of(case, &default)? },
+            Curve { name: "unweld, prefixes of one file", points: prefixes_of(case, &files[0])? },
             Curve {
                 name: "unweld --profile small, prefixes of one file",
-                points: prefixes_of(case, &small)?,
+                points: prefixes_of(case, &files[1])?,
             },
             Curve { name: "meshopt_simplifyWithUpdate, then Draco: a file a point", points: single },
         ];
-        let title = format!(
-            "{stem}, {} triangles, {} bits",
-            super::tables::grouped(case.mesh.triangles.len() as u64),
-            case.bits
-        );
+        let triangles = grouped(case.mesh.triangles.len() as u64);
+        let title = format!("{stem}, {triangles} triangles, {} bits", case.bits);
         let picture = drawing::draw(&title, &curves)?;
         std::fs::write(&path, picture).with_context(|| path.display().to_string())?;
         pictures.push(format!("![{title}: error against bytes]({})", path.display()));
     }
-    table.notes.push(pictures.join("\n"));
+    if !pictures.is_empty() {
+        table.notes.push(pictures.join("\n"));
+    }
     Ok(table)
 }
 
@@ -82,9 +94,7 @@ fn prefixes_of(case: &Case, file: &[u8]) -> anyhow::Result<Vec<Point>> {
 fn single_rate(case: &Case) -> anyhow::Result<Vec<Point>> {
     let mut points = Vec::new();
     let mut add = |mesh: &IndexedMesh, bits: u32| -> anyhow::Result<()> {
-        let draco = Draco::new(mesh, bits)?;
-        let bytes = draco.encode(draco.encoder())?.len() as f64;
-        points.extend(percent(case, &on_lattice(mesh, bits)?).map(|error| (bytes, error)));
+        points.push(coded(case, mesh, bits)?);
         Ok(())
     };
     for bits in case.bits - 2..=case.bits {
@@ -101,6 +111,16 @@ fn single_rate(case: &Case) -> anyhow::Result<Vec<Point>> {
         }
     }
     Ok(envelope(points))
+}
+
+/// What Draco makes of a mesh with so many bits.
+///
+/// # Errors
+/// Those of Draco.
+pub fn coded(case: &Case, mesh: &IndexedMesh, bits: u32) -> anyhow::Result<Point> {
+    let draco = Draco::new(mesh, bits)?;
+    let bytes = draco.encode(draco.encoder())?.len() as f64;
+    Ok((bytes, percent(case, &on_lattice(mesh, bits)?).context("a mesh has a surface")?))
 }
 
 /// The points that no other beats in both.
@@ -129,7 +149,8 @@ fn at(points: &[Point], bytes: f64) -> Option<f64> {
     }
 }
 
-fn percent(case: &Case, mesh: &IndexedMesh) -> Option<f64> {
+/// The mean distance of a case's surface from a mesh, in % of the diagonal.
+pub fn percent(case: &Case, mesh: &IndexedMesh) -> Option<f64> {
     mean_distance(case, mesh).map(|error| error * 100.0 / case.diagonal())
 }
 
@@ -141,8 +162,8 @@ fn extent(mesh: &IndexedMesh) -> f64 {
 
 fn note() -> String {
     format!(
-        "Bytes against mean error (of the original's surface from the mesh, in % of the diagonal of the bounding box, {SAMPLES} points, seed {SEED}). Ours: prefixes of one \
-         file. Single: a file for each point, the best of `meshopt_simplifyWithUpdate` (which moves vertices) to many numbers of triangles, coded by Draco \
+        "Bytes against mean error (of the original's surface from the mesh, in % of the diagonal of the bounding box, {SAMPLES} points, seed {SEED}). Error, small, fine: prefixes of one \
+         file of each profile, of as many bytes: the share is of the default's. Single: a file for each point, the best of `meshopt_simplifyWithUpdate` (which moves vertices) to many numbers of triangles, coded by Draco \
          (Edgebreaker, compression level 10) with 6 to as many bits a coordinate; between two of them straight in logarithms.",
     )
 }

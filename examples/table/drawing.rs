@@ -38,6 +38,7 @@ fn render(title: &str, curves: &[Curve], text: &mut String) -> Result<(), Box<dy
     let mut chart = ChartBuilder::on(&area)
         .caption(title, (FONT, 18))
         .margin(12)
+        .margin_right(30)
         .x_label_area_size(46)
         .y_label_area_size(72)
         .build_cartesian_2d(axis(bytes), axis(errors))?;

@@ -1,6 +1,11 @@
 //! The benchmark: unweld beside Draco, meshoptimizer and published figures, as tables.
 //!
 //! `cargo run --release --features peers --example table -- --help`
+//!
+//! [`args::Section`] has the parts. Each makes tables ([`tables`]): `sizes` of meshes from files ([`cases`], [`glb`]) and of generated ones
+//! ([`made`], [`generate`]), `overview` with times ([`measure`]) and errors ([`quality`]), `reference` and `curves` of prefixes, and so on, beside the
+//! [`peers`]. [`figures`] says which of their columns matter and what they are to be; [`goals`] sums these up below each table and in
+//! one on top.
 
 mod args;
 mod cad;
@@ -8,9 +13,11 @@ mod cases;
 mod curves;
 mod drawing;
 mod exact;
+mod figures;
 mod generate;
 mod glb;
 mod goals;
+mod hqms;
 mod keyframes;
 mod linear;
 mod machine;
@@ -110,7 +117,8 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Progressive => vec![progressive::table(args.bits)?],
         Section::Earlier => vec![reference::table()?],
         Section::Prefixes => vec![prefixes::table(&args.cases(&[BUNNY], 12)?)?],
-        Section::Curves => vec![curves::table(&args.cases(&CURVES, 12)?, &args.curves)?],
+        Section::Curves => vec![curves::table(&args.cases(&CURVES, 12)?, args.curves())?],
+        Section::Hqms => vec![hqms::table()?],
         Section::Keyframes => vec![keyframes::table(&args.cases(&MESHES, 12)?)?],
         Section::Linear => vec![linear::table(args)?],
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,

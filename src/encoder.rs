@@ -285,13 +285,15 @@ fn level_entries(
     lattice: &Lattice,
 ) -> Vec<Level> {
     let entries = levels.counts().iter().zip(&simplified.errors).enumerate();
+    // Nothing of either surface is further from the other than the lattice is long, whatever numbers near the largest add up to.
+    let most = (4.0 * f64::from(1u32 << lattice.bits) * lattice.step).min(f64::MAX / 2.0);
     entries
         .map(|(j, (&(vertices, triangles), error))| {
             let precision = schedule.precision(j as u32);
             // A cell's middle is at most half a cell's diagonal from what it stands for.
             let cell = if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
-            let max_error = (error.max + cell * 0.75f64.sqrt()).min(f64::MAX);
-            let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt().min(f64::MAX);
+            let max_error = (error.max + cell * 0.75f64.sqrt()).min(most);
+            let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt().min(most);
             Level { vertices, triangles, precision, max_error, rms_error }
         })
         .collect()

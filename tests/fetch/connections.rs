@@ -67,14 +67,14 @@ fn ranges_that_are_needed_and_no_others() {
     let served = file.clone();
     let script = Script::answers(move |_, asked| asked.answer(&served, TAG));
     let end = contents.bytes(contents.steps(3)).end;
-    let (bytes, outcome, received) = fetched(&script, 200, third);
+    let (bytes, outcome, received) = fetched(&script, 100, third);
     outcome.unwrap();
     assert_eq!((&bytes[..], received), (&file[..end as usize], end));
     let asked = script.asked();
     // The beginning, the rest of the table, the atoms.
     let table = contents.header.table_end() as usize;
     let ranges: Vec<_> = asked.iter().map(|asked| asked.range()).collect();
-    assert_eq!(ranges, [(0, 199), (200, table - 1), (table, end as usize - 1)]);
+    assert_eq!(ranges, [(0, 99), (100, table - 1), (table, end as usize - 1)]);
     let conditions: Vec<_> = asked.iter().map(|asked| asked.header("if-range")).collect();
     assert_eq!(conditions, ["", TAG, TAG]);
 }
@@ -352,7 +352,7 @@ fn lengths_that_lie() {
         );
         [head.as_bytes(), &served[first..=last], &[9; 500]].concat()
     });
-    let (bytes, outcome, _) = fetched(&script, 200, third);
+    let (bytes, outcome, _) = fetched(&script, 100, third);
     outcome.unwrap();
     assert_eq!(bytes, file[..contents.bytes(contents.steps(3)).end as usize]);
     // A length that is shorter than the range: the rest is asked for.

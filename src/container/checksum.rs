@@ -12,7 +12,8 @@ pub(super) fn of_atom(bytes: &[u8]) -> u32 {
 /// CRC-16 with the polynomial 1021, in the form of IBM 3740.
 fn crc16(bytes: &[u8]) -> u16 {
     bytes.iter().fold(0xFFFF, |crc, &byte| {
-        (0..8).fold(crc ^ u16::from(byte) << 8, |crc, _| crc << 1 ^ if crc >> 15 == 1 { 0x1021 } else { 0 })
+        (0..8)
+            .fold(crc ^ (u16::from(byte) << 8), |crc, _| (crc << 1) ^ if crc >> 15 == 1 { 0x1021 } else { 0 })
     })
 }
 

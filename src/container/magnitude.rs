@@ -34,7 +34,7 @@ pub(super) fn code(error: f64, unit: f64) -> Option<u16> {
 #[cfg(any(test, feature = "encode"))]
 pub(super) fn difference(code: u16, before: u16) -> u64 {
     let difference = i32::from(code) - (i32::from(before) - FALL);
-    u64::from((difference << 1 ^ difference >> 31) as u32)
+    u64::from(((difference << 1) ^ (difference >> 31)) as u32)
 }
 
 /// The inverse of [`difference`]; `None` where there is no such code.

@@ -8,15 +8,15 @@ use crate::mesh::lattice::Lattice;
 /// What a file tells of the whole mesh before all else.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Header {
-    /// Vertices of level 0, without what the residue holds; at most [`MAX_ELEMENTS`].
+    /// Vertices of level 0, without what the residue holds; at most [`MAX_ELEMENTS`](crate::limits::MAX_ELEMENTS).
     pub vertices: u32,
-    /// Triangles of level 0, without what the residue holds; at most [`MAX_ELEMENTS`].
+    /// Triangles of level 0, without what the residue holds; at most [`MAX_ELEMENTS`](crate::limits::MAX_ELEMENTS).
     pub triangles: u32,
     /// Vertices of the base.
     pub base_vertices: u32,
     /// Triangles of the base.
     pub base_triangles: u32,
-    /// Levels, the base included; 1 to [`MAX_LEVELS`].
+    /// Levels, the base included; 1 to [`MAX_LEVELS`](crate::limits::MAX_LEVELS).
     pub level_count: u32,
     /// The lattice of level 0: finite origin, finite step of at least 0.
     pub lattice: Lattice,

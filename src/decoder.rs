@@ -112,7 +112,7 @@ pub enum Event {
         /// How far its surface and the input's are apart at most, both ways: [`Level::max_error`](crate::container::Level::max_error).
         max_error: f64,
         /// Root mean square distance of the input's vertices from it: [`Level::rms_error`](crate::container::Level::rms_error).
-        rms_error: f32,
+        rms_error: f64,
     },
     /// Level 0's residue is known: see [`Decoder::assembled`].
     Residue,

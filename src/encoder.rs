@@ -165,7 +165,9 @@ impl<'a> Encoder<'a> {
         report.order_bits = payloads.order.len() as f64 * 8.0;
         file.payload(AtomKind::Correction, 0, &payloads.correction);
         file.payload(AtomKind::Order, 0, &payloads.order);
-        file.payload(AtomKind::Metadata, 0, &self.metadata(&report, payloads.copies).encode()?);
+        let mut metadata = self.metadata(&report, payloads.copies);
+        metadata.shorten(&file.header());
+        file.payload(AtomKind::Metadata, 0, &metadata.encode()?);
         let contents = file.write(out)?;
         report.seconds = Seconds {
             condition: conditioning.as_secs_f64(),
@@ -256,7 +258,7 @@ impl<'a> Encoder<'a> {
             settings: self.settings(&report.conditioning),
             dropped: report.dropped.clone(),
             conditioning,
-            diagonal: if report.diagonal.is_finite() { report.diagonal } else { f64::MAX },
+            diagonal: Some(report.diagonal.min(f64::MAX)),
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
         }
     }
@@ -283,13 +285,15 @@ fn level_entries(
     lattice: &Lattice,
 ) -> Vec<Level> {
     let entries = levels.counts().iter().zip(&simplified.errors).enumerate();
+    // Nothing of either surface is further from the other than the lattice is long, whatever numbers near the largest add up to.
+    let most = (4.0 * f64::from(1u32 << lattice.bits) * lattice.step).min(f64::MAX / 2.0);
     entries
         .map(|(j, (&(vertices, triangles), error))| {
             let precision = schedule.precision(j as u32);
             // A cell's middle is at most half a cell's diagonal from what it stands for.
             let cell = if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
-            let max_error = (error.max + cell * 0.75f64.sqrt()).min(f64::MAX);
-            let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt().min(f32::MAX.into()) as f32;
+            let max_error = (error.max + cell * 0.75f64.sqrt()).min(most);
+            let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt().min(most);
             Level { vertices, triangles, precision, max_error, rms_error }
         })
         .collect()

@@ -10,8 +10,8 @@ pub const MAX_ATOMS: u32 = 1 << 20;
 pub const MAX_LEVELS: u32 = 4096;
 /// Most vertices or triangles; corner indices stay below 2^32.
 pub const MAX_ELEMENTS: u32 = 1 << 30;
-/// Most bytes of the table of contents, its checksum included (spec §3.3).
-pub const MAX_TABLE_BYTES: u32 = 64 << 20;
+/// Most bytes of the table of contents, its checksum included: its length has three bytes (spec §3.2).
+pub const MAX_TABLE_BYTES: u32 = (1 << 24) - 1;
 /// Most bytes of the metadata chunk (spec §3.5).
 pub const MAX_METADATA_BYTES: usize = 1 << 20;
 

@@ -241,7 +241,11 @@ impl Client {
             Event::Residue => self.residue(),
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
             Event::Correction | Event::Order => {}
-            Event::Metadata => self.reports.extend(self.decoder.metadata().map(report::metadata)),
+            Event::Metadata => {
+                let told = self.decoder.metadata().zip(self.decoder.contents());
+                self.reports
+                    .extend(told.map(|(metadata, contents)| report::metadata(metadata, &contents.header)));
+            }
             Event::Stopped | Event::End => {}
         }
     }

@@ -203,10 +203,10 @@ fn an_error_by_either_measure() {
     let file = file(&shapes::bumpy_sphere(3, 1));
     let contents = parse_contents(&file).unwrap().unwrap();
     // Between the two errors of a level, so that one of them is too large and the other is not.
-    let most = (contents.levels[4].max_error + f64::from(contents.levels[4].rms_error)) / 2.0;
+    let most = (contents.levels[4].max_error + contents.levels[4].rms_error) / 2.0;
     let coarsest = |error: fn(&Level) -> f64| contents.levels.iter().rposition(|l| error(l) <= most).unwrap();
     let by_max = coarsest(|level| level.max_error);
-    let by_rms = coarsest(|level| level.rms_error.into());
+    let by_rms = coarsest(|level| level.rms_error);
     assert!(by_rms > by_max, "{by_rms} {by_max}");
     for (measure, level) in [(Measure::Max, by_max), (Measure::Rms, by_rms)] {
         let settings = Settings { want: Want::Error(measure, most), ..Settings::default() };

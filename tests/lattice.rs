@@ -219,10 +219,12 @@ fn what_is_joined_is_in_one_place() {
         };
         let most = (0..same.len()).map(apart).fold(0.0, f64::max);
         assert!(most > 0.0 && (report.joined.distance - most).abs() < 1e-12, "{most}");
-        // The error of level 0 in the table holds for every vertex of the input: of its own a level 0 has but half a step an axis.
+        // The error of level 0 in the table holds for every vertex of the input: of its own a level 0 has but half a step an axis,
+        // and the table rounds it up.
         let decoded = decoder::decode(&file, decoder::Options::default()).unwrap();
         let told = decoded.contents().unwrap().levels[0].max_error;
-        assert!(told >= most && told <= most + lattice.step * 0.75f64.sqrt() * 1.001, "{told} for {most}");
+        let found = most + lattice.step * 0.75f64.sqrt() * 1.001;
+        assert!(told >= most && told <= found * (1.0 + 1.0 / 128.0), "{told} for {most}");
         let told = decoded.metadata().unwrap();
         assert!(told.settings.contains(&("weld".to_owned(), weld.to_string())), "{:?}", told.settings);
         assert!(told.conditioning.iter().any(|(name, n)| name == "joined_vertices" && *n > 0));

@@ -42,7 +42,7 @@ fn levels(mesh: &IndexedMesh, options: Options, samples: u64, skip: impl Fn(u32)
         if !skip(level) {
             let mesh = decoder.assembled().unwrap();
             let Some(ways) = surface_distances(&input, &mesh, &sampling, &mut |_, _| {}) else { continue };
-            found.push(Measured { level, max: max_error, rms: rms_error.into(), ways });
+            found.push(Measured { level, max: max_error, rms: rms_error, ways });
         }
     }
     found

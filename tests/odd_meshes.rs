@@ -22,7 +22,7 @@ fn there_and_back(mesh: &IndexedMesh) -> ConditioningReport {
     let decoder = decoder::decode(&file, decoder::Options::default()).unwrap();
     let lattice = decoder.contents().unwrap().header.lattice;
     assert_eq!(triangles(&decoder.assembled().unwrap(), &lattice), triangles(mesh, &lattice));
-    let told = &decoder.metadata().unwrap().conditioning;
+    let told = decoder.metadata().unwrap().findings(&decoder.contents().unwrap().header);
     let told: HashMap<&str, u64> = told.iter().map(|(name, n)| (name.as_str(), *n)).collect();
     let report = report.conditioning;
     for (name, found) in [

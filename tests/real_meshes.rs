@@ -96,7 +96,7 @@ fn the_error_of_a_level_is_its_distance() {
                 let level_mesh = decoder.assembled().unwrap();
                 let ways = surface_distances(&source.mesh, &level_mesh, &sampling, &mut |_, _| {});
                 let measured = SurfaceDistance::symmetric(ways.unwrap());
-                let ratios = (max_error / measured.max, f64::from(rms_error) / measured.rms);
+                let ratios = (max_error / measured.max, rms_error / measured.rms);
                 for ratio in [ratios.0, ratios.1] {
                     assert!(
                         (0.5..=2.0).contains(&ratio),

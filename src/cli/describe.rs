@@ -82,8 +82,8 @@ impl Description {
             "input": self.metadata.as_ref().map(|m| json!({
                 "source": m.source,
                 "float32": m.source_float32,
-                "diagonal": m.diagonal,
-                "conditioning": m.conditioning.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
+                "diagonal": m.diagonal_of(header),
+                "conditioning": m.findings(header).into_iter().collect::<std::collections::BTreeMap<_, _>>(),
                 "dropped": m.dropped,
                 "settings": m.settings.iter().cloned().collect::<std::collections::BTreeMap<_, _>>(),
             })),
@@ -96,7 +96,6 @@ impl Description {
 
     fn level_json(&self, level: &LevelLine) -> Value {
         let entry = self.contents.levels[level.number as usize];
-        let rms_error = f64::from(entry.rms_error);
         json!({
             "level": level.number,
             "vertices": entry.vertices,
@@ -106,9 +105,9 @@ impl Description {
             "bytes": level.bytes,
             "cumulative_bytes": level.offset + level.bytes,
             "max_error": entry.max_error,
-            "rms_error": rms_error,
+            "rms_error": entry.rms_error,
             "max_error_percent": percent(entry.max_error, self.diagonal()),
-            "rms_error_percent": percent(rms_error, self.diagonal()),
+            "rms_error_percent": percent(entry.rms_error, self.diagonal()),
         })
     }
 
@@ -134,7 +133,7 @@ impl Description {
                 grouped(level.bytes),
                 grouped(level.offset + level.bytes),
                 error(entry.max_error),
-                error(f64::from(entry.rms_error)),
+                error(entry.rms_error),
                 mark.to_owned(),
             ]);
         }
@@ -220,8 +219,7 @@ impl Description {
 
     /// What the metadata count under this name.
     fn told(&self, name: &str) -> u64 {
-        let conditioning = self.metadata.iter().flat_map(|metadata| &metadata.conditioning);
-        conditioning.filter(|(n, _)| n == name).map(|&(_, count)| count).next().unwrap_or(0)
+        self.metadata.as_ref().map_or(0, |metadata| metadata.finding(name, &self.contents.header))
     }
 
     fn bytes_of(&self, atoms: std::ops::Range<usize>) -> u64 {
@@ -250,15 +248,11 @@ pub fn found(metadata: &Metadata) -> String {
 
 /// The diagonal of the input's bounding box; that of the lattice where the metadata do not tell.
 pub fn diagonal(contents: &Contents, metadata: Option<&Metadata>) -> f64 {
-    metadata.map_or_else(
-        || {
-            let extent = contents.header.maximum.map(|m| f64::from(m) * contents.header.lattice.step);
-            extent.iter().fold(0.0f64, |sum, x| sum.hypot(*x))
-        },
-        |m| m.diagonal,
-    )
+    let header = &contents.header;
+    metadata.map_or_else(|| header.diagonal(), |metadata| metadata.diagonal_of(header))
 }
 
+/// How often what a sound mesh has not was found.
 fn told(metadata: &Metadata, name: &str) -> u64 {
     metadata.conditioning.iter().find(|(n, _)| n == name).map_or(0, |&(_, n)| n)
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::checksum;
 use super::header::Header;
 use super::want::Measure;
 use crate::error::FormatError;
@@ -16,11 +17,11 @@ pub struct Level {
     /// How many low bits of every coordinate this level lacks; at most 24, 0 at level 0.
     pub precision: u32,
     /// Largest distance of a point of either surface, the level or the input without its residue, from the other one, as the encoder found it:
-    /// within some percent a bound. In the units of the input; finite.
+    /// within some percent a bound. In the units of the input; finite. A file has it rounded up to the next of the numbers of spec §3.3.
     pub max_error: f64,
     /// Root mean square distance of the input's vertices from the level, of those on the boundary from its boundary, each weighted by the
-    /// area round it; in the units of the input; finite.
-    pub rms_error: f32,
+    /// area round it; in the units of the input; finite. Rounded up as the other.
+    pub rms_error: f64,
 }
 
 impl Level {
@@ -28,7 +29,7 @@ impl Level {
     pub fn error(&self, measure: Measure) -> f64 {
         match measure {
             Measure::Max => self.max_error,
-            Measure::Rms => self.rms_error.into(),
+            Measure::Rms => self.rms_error,
         }
     }
 }
@@ -58,12 +59,9 @@ pub enum AtomKind {
 }
 
 impl AtomKind {
-    /// The kind for its byte in the table; `None` where it is unknown and may not be skipped.
-    pub fn from_byte(byte: u8) -> Option<Self> {
+    /// The kind of a payload behind level 0, for its byte in the table; `None` where it is unknown and may not be skipped.
+    pub(super) fn from_byte(byte: u8) -> Option<Self> {
         Some(match byte {
-            0 => Self::Base,
-            1 => Self::Precision,
-            2 => Self::Refinement,
             3 => Self::Residue,
             4 => Self::Metadata,
             5 => Self::Keyframe,
@@ -74,23 +72,22 @@ impl AtomKind {
         })
     }
 
-    /// Its byte in the table.
-    pub fn to_byte(self) -> u8 {
+    /// Its byte in the table; `None` where its place tells what it is.
+    #[cfg(any(test, feature = "encode"))]
+    pub(super) fn to_byte(self) -> Option<u8> {
         match self {
-            Self::Base => 0,
-            Self::Precision => 1,
-            Self::Refinement => 2,
-            Self::Residue => 3,
-            Self::Metadata => 4,
-            Self::Keyframe => 5,
-            Self::Correction => 6,
-            Self::Order => 7,
-            Self::Optional(byte) => byte,
+            Self::Base | Self::Precision | Self::Refinement => None,
+            Self::Residue => Some(3),
+            Self::Metadata => Some(4),
+            Self::Keyframe => Some(5),
+            Self::Correction => Some(6),
+            Self::Order => Some(7),
+            Self::Optional(byte) => Some(byte),
         }
     }
 
     /// Place in the order of atoms of an atom of this kind at `level`, below `level_count`; `None` where it
-    /// may stand anywhere.
+    /// may stand anywhere behind level 0.
     pub(super) fn rank(self, level: u32, level_count: u32) -> Option<(u8, u32, u8)> {
         let depth = level_count.saturating_sub(level);
         Some(match self {
@@ -112,8 +109,7 @@ impl AtomKind {
 pub struct Atom {
     /// What it holds.
     pub kind: AtomKind,
-    /// The level it belongs to or leads to; 0 for residue, correction, order and metadata,
-    /// without meaning for [`AtomKind::Optional`].
+    /// The level it belongs to or leads to; 0 for residue, correction, order, metadata and [`AtomKind::Optional`].
     pub level: u32,
     /// Where it starts, in bytes from the start of the file.
     pub offset: u64,
@@ -123,7 +119,7 @@ pub struct Atom {
     pub items: u32,
     /// Triangles that the operations of a refinement atom add.
     pub triangles: u32,
-    /// CRC-32C of its bytes.
+    /// The checksum of its bytes (spec §3.4).
     pub crc: u32,
     /// Vertices of the mesh once it and all atoms before it are decoded; for a keyframe, those of its level.
     pub vertices_after: u32,
@@ -142,7 +138,7 @@ impl Atom {
 
 /// Header and table of contents of a file, checked against every rule of spec §3.
 ///
-/// Ranges of atoms may enclose [`AtomKind::Optional`] ones, which belong to no level.
+/// Ranges of atoms behind level 0 may enclose [`AtomKind::Optional`] ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contents {
     /// The header.
@@ -264,7 +260,7 @@ impl Contents {
         let Some(atom) = self.atoms.get(index) else {
             return Err(FormatError::new(self.file_bytes(), "3.3", format!("there is no atom {index}")));
         };
-        if payload.len() == atom.length as usize && crc32c::crc32c(payload) == atom.crc {
+        if payload.len() == atom.length as usize && checksum::of_atom(payload) == atom.crc {
             return Ok(());
         }
         let Atom { kind, level, offset, .. } = *atom;

@@ -51,19 +51,11 @@ impl<'a> Fields<'a> {
         Ok(value)
     }
 
-    /// A finite binary64 that is at least 0.
-    pub fn size_f64(&mut self, name: &str) -> Result<f64, FormatError> {
+    /// A finite binary32.
+    pub fn f32(&mut self, name: &str) -> Result<f64, FormatError> {
         let at = self.offset();
-        let value = self.f64(name)?;
-        self.require(value >= 0.0, at, || format!("{name} is negative"))?;
-        Ok(value)
-    }
-
-    /// A finite binary32 that is at least 0.
-    pub fn size_f32(&mut self, name: &str) -> Result<f32, FormatError> {
-        let at = self.offset();
-        let value = self.fixed(|rest| rest.read_f32::<LE>())?;
-        self.require(value.is_finite() && value >= 0.0, at, || format!("{name} is negative or not finite"))?;
+        let value = f64::from(self.fixed(|rest| rest.read_f32::<LE>())?);
+        self.require(value.is_finite(), at, || format!("{name} is not finite"))?;
         Ok(value)
     }
 

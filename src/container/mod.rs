@@ -2,12 +2,14 @@
 //!
 //! ```text
 //! | header | table of contents | base | level n-2 | ... | level 0 | residue | metadata | keyframes |
-//! 0        88                  ^ atoms, each right behind the one before
+//! 0        16                  ^ atoms, each right behind the one before
 //! ```
 
+mod checksum;
 mod contents;
 mod fields;
 mod header;
+mod magnitude;
 pub mod metadata;
 mod parse;
 pub mod plan;
@@ -20,7 +22,7 @@ mod write;
 
 pub use contents::{Atom, AtomKind, Contents, Level};
 pub use header::{Header, MAGIC, VERSION};
-pub use metadata::Metadata;
+pub use metadata::{FINDINGS, Metadata};
 pub use parse::{Parsed, Parser, parse_contents};
 pub use plan::{Part, Plan, plan, plan_from_keyframe};
 pub use want::{Measure, Want};

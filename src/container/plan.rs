@@ -138,35 +138,35 @@ mod tests {
         assert_eq!(reached(Want::Bytes(bare.end() - 1)), (0, false, 12), "precision fits");
     }
 
-    /// Atoms: 0 optional, 1 base of level 2, 2 to 4 level 1, 5 to 7 level 0, 8 residue, 9 metadata, 10 keyframe of level 1, 11 optional.
+    /// Atoms: 0 base of level 2, 1 to 3 level 1, 4 to 6 level 0, 7 residue, 8 metadata, 9 keyframe of level 1, 10 and 11 optional.
     #[test]
     fn what_belongs_to_all() {
         let contents = contents();
-        assert_eq!([9, 2, 1, 0].map(|j| contents.prefix(j)), [0..2, 0..2, 0..5, 0..10]);
-        assert_eq!(contents.beyond_mesh(), 8..10);
+        assert_eq!([9, 2, 1, 0].map(|j| contents.prefix(j)), [0..1, 0..1, 0..4, 0..9]);
+        assert_eq!(contents.beyond_mesh(), 7..9);
         let all = plan(&contents, Want::All);
-        assert_eq!(all.parts[0].atoms, 0..10);
+        assert_eq!(all.parts[0].atoms, 0..9);
         let small = Want::Error(Measure::Max, 0.2);
         for want in [Want::Level(0), small, Want::Error(Measure::Rms, 0.0), Want::Bytes(u64::MAX)] {
             assert_eq!(plan(&contents, want), all, "{want:?}");
         }
-        assert_eq!(plan(&contents, Want::Triangles(u32::MAX)).parts[0].atoms, 0..8);
+        assert_eq!(plan(&contents, Want::Triangles(u32::MAX)).parts[0].atoms, 0..7);
         // Each of the pieces is cut off where the bytes end.
         let cut = |atoms: usize, less: u64| plan(&contents, Want::Bytes(contents.atoms[atoms].end() - less));
-        assert_eq!([cut(9, 1), cut(8, 0), cut(8, 1)].map(|plan| plan.parts[0].atoms.end), [9, 9, 8]);
+        assert_eq!([cut(8, 1), cut(7, 0), cut(7, 1)].map(|plan| plan.parts[0].atoms.end), [8, 8, 7]);
         // From the keyframe of level 1, too.
         let atoms: Vec<_> =
             plan_from_keyframe(&contents, 0).parts.into_iter().map(|part| part.atoms).collect();
-        assert_eq!(atoms, [10..11, 5..10]);
+        assert_eq!(atoms, [9..10, 4..9]);
         // Without keyframes the prefix of level 0 is the file.
         let mut file = testing::small_file();
-        file.pieces.remove(10);
+        file.pieces.remove(9);
         assert_eq!(testing::contents(&file).prefix(0), 0..11);
     }
 
     #[test]
     fn an_error_by_either_measure() {
-        // Largest errors 1/2, 1/4, 1/10 from the base down; root mean squares 1/16, 1/32, 1/64.
+        // Largest errors 1/2, 1/4, 3/32 from the base down; root mean squares 1/16, 1/32, 1/64.
         let mut file = testing::small_file();
         for (level, rms) in file.levels.iter_mut().zip([1.0 / 64.0, 1.0 / 32.0, 1.0 / 16.0]) {
             level.rms_error = rms;

@@ -3,9 +3,12 @@
 use std::io::Write;
 use std::sync::Arc;
 
+use super::checksum::{self, SHORT};
 use super::contents::{AtomKind, Contents, Level};
-use super::header::Header;
+use super::header::{Header, Start};
+use super::magnitude;
 use super::parse_contents;
+use super::table::{ORIGIN_SHORT, SHARPER, SINGLE, STEP_SHORT, form_of};
 use crate::entropy::varint;
 use crate::error::{Error, FormatError, Result};
 use crate::limits::{MAX_ATOM_BYTES, MAX_LEVELS};
@@ -42,6 +45,22 @@ impl FileBuilder {
         Self { lattice, maximum, levels, pieces: Vec::new() }
     }
 
+    /// The header that the file will have, as far as levels and lattice make it.
+    pub fn header(&self) -> Header {
+        let [finest, base] =
+            [self.levels.first(), self.levels.last()].map(|level| level.copied().unwrap_or_default());
+        Header {
+            vertices: finest.vertices,
+            triangles: finest.triangles,
+            base_vertices: base.vertices,
+            base_triangles: base.triangles,
+            level_count: self.levels.len() as u32,
+            lattice: self.lattice,
+            maximum: self.maximum,
+            table_bytes: 0,
+        }
+    }
+
     /// Adds one precision or refinement atom: its operations or vertex steps, and how many triangles they add.
     pub fn atom(&mut self, kind: AtomKind, level: u32, items: u32, triangles: u32, bytes: Vec<u8>) {
         self.pieces.push(Piece { kind, level, items, triangles, bytes });
@@ -60,18 +79,12 @@ impl FileBuilder {
     /// [`Error::Parameter`] where the parts do not make a file that follows spec §3; nothing is written then.
     /// [`Error::Io`] where `out` fails.
     pub fn write(mut self, out: &mut impl Write) -> Result<Arc<Contents>> {
-        if let Some(piece) =
-            self.pieces.iter().find(|p| AtomKind::from_byte(p.kind.to_byte()) != Some(p.kind))
-        {
-            return Err(Error::Parameter(format!("{:?} is not an optional kind of atom", piece.kind)));
-        }
-        let level_count = u32::try_from(self.levels.len()).unwrap_or(u32::MAX);
-        let last = (5, 0, 0);
-        self.pieces.sort_by_key(|piece| piece.kind.rank(piece.level, level_count).unwrap_or(last));
+        self.sort();
         let head = self.head()?;
         let refuse = |fault: FormatError| Error::Parameter(fault.what);
         let contents = parse_contents(&head).map_err(refuse)?;
         let contents = contents.ok_or_else(|| Error::Parameter("the table of contents is cut off".into()))?;
+        self.compare(&contents)?;
         out.write_all(&head)?;
         for piece in &self.pieces {
             out.write_all(&piece.bytes)?;
@@ -80,57 +93,154 @@ impl FileBuilder {
         Ok(contents)
     }
 
-    /// Header and table of contents of the pieces as they stand, right or wrong.
+    /// Puts the payloads into the order of the file.
+    pub(super) fn sort(&mut self) {
+        let level_count = u32::try_from(self.levels.len()).unwrap_or(u32::MAX);
+        let last = (5, 0, 0);
+        self.pieces.sort_by_key(|piece| piece.kind.rank(piece.level, level_count).unwrap_or(last));
+    }
+
+    /// Whether the table says of the payloads what they are: it tells much by their places alone, and the last share of a pass not at all.
+    fn compare(&self, contents: &Contents) -> Result<()> {
+        let told = contents.atoms.iter().map(|atom| (atom.kind, atom.level, atom.items, atom.triangles));
+        let given = self.pieces.iter().map(|piece| (piece.kind, piece.level, piece.items, piece.triangles));
+        match told.zip(given).find(|(told, given)| told != given) {
+            None => Ok(()),
+            Some((told, given)) => refused(format!("an atom is {given:?} where the levels want {told:?}")),
+        }
+    }
+
+    /// Header and table of contents of the pieces as they stand.
     pub(super) fn head(&self) -> Result<Vec<u8>> {
-        let (Some(level_0), Some(base)) = (self.levels.first(), self.levels.last()) else {
-            return Err(Error::Parameter("a file without levels".to_owned()));
-        };
-        if self.levels.len() > MAX_LEVELS as usize {
-            return Err(Error::Parameter(format!("{} levels, allowed {MAX_LEVELS}", self.levels.len())));
+        if self.levels.is_empty() || self.levels.len() > MAX_LEVELS as usize {
+            return refused(format!("{} levels, allowed 1 to {MAX_LEVELS}", self.levels.len()));
         }
         let table = self.table()?;
-        let header = Header {
-            vertices: level_0.vertices,
-            triangles: level_0.triangles,
-            base_vertices: base.vertices,
-            base_triangles: base.triangles,
-            level_count: self.levels.len() as u32,
-            lattice: self.lattice,
-            maximum: self.maximum,
-            table_bytes: u32::try_from(table.len()).unwrap_or(u32::MAX),
+        let start = u32::try_from(table.len() + 4).ok().and_then(Start::new);
+        let Some(start) = start else {
+            return refused(format!("a table of contents of {} bytes", table.len() + 4));
         };
-        let mut head = header.to_bytes();
+        let mut head = start.bytes.to_vec();
         head.extend(table);
+        head.extend(crc32c::crc32c(&head).to_le_bytes());
         Ok(head)
     }
 
     fn table(&self) -> Result<Vec<u8>> {
         let mut table = Vec::new();
-        let mut above: Option<&Level> = None;
-        for level in self.levels.iter().rev() {
-            if let Some(above) = above {
-                for (fine, coarse) in [(level.vertices, above.vertices), (level.triangles, above.triangles)] {
-                    let added = fine.checked_sub(coarse);
-                    let added = added
-                        .ok_or_else(|| Error::Parameter("a level is smaller than the one above".into()))?;
-                    varint::write(added.into(), &mut table);
+        self.lattice(&mut table)?;
+        varint::write(self.levels.len() as u64, &mut table);
+        let mut pieces = &self.pieces[..];
+        let unit = magnitude::unit(self.lattice.step);
+        let mut before: Option<(&Level, [u16; 2])> = None;
+        for (j, level) in self.levels.iter().enumerate().rev() {
+            let codes = [level.max_error, level.rms_error].map(|error| magnitude::code(error, unit));
+            let [Some(max), Some(rms)] = codes else {
+                return refused(format!("level {j} has an error that is negative, not finite or too large"));
+            };
+            let mut run = |kind, single: u32, table: &mut Vec<u8>| {
+                run(take(&mut pieces, kind, j as u32), single, table)
+                    .ok_or_else(|| Error::Parameter(format!("level {j} has no atom of kind {kind:?}")))
+            };
+            match before {
+                None => {
+                    for count in [level.vertices, level.triangles, level.precision] {
+                        varint::write(count.into(), &mut table);
+                    }
+                    table.extend([max, rms].iter().flat_map(|code| code.to_le_bytes()));
+                    run(AtomKind::Base, 0, &mut table)?;
+                }
+                Some((above, codes)) => {
+                    let [added, single, finer] = steps(level, above)
+                        .ok_or_else(|| Error::Parameter(format!("level {j} cannot come of the one above")))?;
+                    let marks =
+                        [(single, SINGLE), (finer, SHARPER)].map(|(n, mark)| u64::from(n.min(1) * mark));
+                    varint::write(4 * u64::from(added) + marks[0] + marks[1], &mut table);
+                    for more in [single, finer].into_iter().filter(|&more| more > 0) {
+                        varint::write(more.into(), &mut table);
+                    }
+                    for (code, before) in [max, rms].into_iter().zip(codes) {
+                        varint::write(magnitude::difference(code, before), &mut table);
+                    }
+                    if finer > 0 {
+                        run(AtomKind::Precision, 0, &mut table)?;
+                    }
+                    run(AtomKind::Refinement, single, &mut table)?;
                 }
             }
-            table.push(u8::try_from(level.precision).unwrap_or(u8::MAX));
-            table.extend(level.max_error.to_le_bytes());
-            table.extend(level.rms_error.to_le_bytes());
-            above = Some(level);
+            before = Some((level, [max, rms]));
         }
-        varint::write(self.pieces.len() as u64, &mut table);
-        for piece in &self.pieces {
-            table.push(piece.kind.to_byte());
-            let length = piece.bytes.len() as u64;
-            for count in [piece.level.into(), length, piece.items.into(), piece.triangles.into()] {
-                varint::write(count, &mut table);
+        while let Some(&Piece { kind, level, .. }) = pieces.first() {
+            let Some(byte) = kind.to_byte().filter(|&byte| AtomKind::from_byte(byte) == Some(kind)) else {
+                return refused(format!("an atom of kind {kind:?} at level {level} has no place"));
+            };
+            table.push(byte);
+            if kind == AtomKind::Keyframe {
+                varint::write(level.into(), &mut table);
             }
-            table.extend(crc32c::crc32c(&piece.bytes).to_le_bytes());
+            run(take(&mut pieces, kind, level), 0, &mut table);
         }
-        table.extend(crc32c::crc32c(&table).to_le_bytes());
         Ok(table)
     }
+
+    fn lattice(&self, table: &mut Vec<u8>) -> Result<()> {
+        let Lattice { origin, step, bits } = self.lattice;
+        let most = 1u64.checked_shl(bits).map_or(0, |points| points - 1);
+        if bits > Lattice::MAX_BITS || self.maximum.iter().any(|&m| u64::from(m) > most) {
+            return refused(format!("a lattice of {bits} bits to {:?}", self.maximum));
+        }
+        let form = form_of(origin, step);
+        table.push(bits as u8 | form);
+        for (x, short) in origin.map(|x| (x, ORIGIN_SHORT)).into_iter().chain([(step, STEP_SHORT)]) {
+            match form & short {
+                0 => table.extend(x.to_le_bytes()),
+                _ => table.extend((x as f32).to_le_bytes()),
+            }
+        }
+        for m in self.maximum {
+            varint::write(most - u64::from(m), table);
+        }
+        Ok(())
+    }
+}
+
+/// Vertices that a level adds, how many of them add one triangle only, and the bits that it gains; `None` where it cannot be.
+fn steps(level: &Level, above: &Level) -> Option<[u32; 3]> {
+    let added = level.vertices.checked_sub(above.vertices)?;
+    let triangles = level.triangles.checked_sub(above.triangles)?;
+    let single = (2 * u64::from(added)).checked_sub(triangles.into())?;
+    Some([added, u32::try_from(single).ok()?, above.precision.checked_sub(level.precision)?])
+}
+
+/// The pieces of one kind and level that stand in front.
+fn take<'a>(pieces: &mut &'a [Piece], kind: AtomKind, level: u32) -> &'a [Piece] {
+    let count = pieces.iter().take_while(|piece| piece.kind == kind && piece.level == level).count();
+    let (run, rest) = pieces.split_at(count);
+    *pieces = rest;
+    run
+}
+
+/// Writes the entries of the atoms of one payload or pass; `None` where there are none. `single` of the operations add one triangle.
+fn run(pieces: &[Piece], single: u32, table: &mut Vec<u8>) -> Option<()> {
+    let mut left = u64::from(single);
+    let (last, _) = pieces.split_last()?;
+    for piece in pieces {
+        let more = !std::ptr::eq(piece, last);
+        varint::write(2 * piece.bytes.len() as u64 + u64::from(more), table);
+        if more && matches!(piece.kind, AtomKind::Precision | AtomKind::Refinement) {
+            varint::write(piece.items.into(), table);
+            if left > 0 {
+                let single = (2 * u64::from(piece.items)).saturating_sub(piece.triangles.into());
+                varint::write(single, table);
+                left = left.saturating_sub(single);
+            }
+        }
+        let checksum = checksum::of_atom(&piece.bytes).to_le_bytes();
+        table.extend(&checksum[..if piece.bytes.len() < SHORT as usize { 2 } else { 4 }]);
+    }
+    Some(())
+}
+
+fn refused<T>(what: String) -> Result<T> {
+    Err(Error::Parameter(what))
 }

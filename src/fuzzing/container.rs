@@ -89,7 +89,7 @@ fn check_contents(contents: &Contents) {
             Want::Level(j),
             Want::Triangles(level.triangles),
             Want::Error(Measure::Max, level.max_error),
-            Want::Error(Measure::Rms, level.rms_error.into()),
+            Want::Error(Measure::Rms, level.rms_error),
             Want::Bytes(last.end()),
             Want::All,
         ];
@@ -102,14 +102,12 @@ fn check_contents(contents: &Contents) {
     }
 }
 
-/// Makes the checksums of header and table right, where there is room for them.
+/// Makes the checksum of header and table right, where there is room for it.
 pub fn mend(bytes: &mut [u8]) {
-    let Some((header, rest)) = bytes.split_at_mut_checked(Header::SIZE) else { return };
-    let (body, checksum) = header.split_at_mut(Header::SIZE - 4);
-    checksum.copy_from_slice(&crc32c::crc32c(body).to_le_bytes());
-    let length = u32::from_le_bytes([body[80], body[81], body[82], body[83]]) as usize;
-    if let Some((body, checksum)) = rest.get_mut(..length).and_then(|table| table.split_last_chunk_mut::<4>())
-    {
+    let Some(&[low, middle, high]) = bytes.get(Header::SIZE - 3..Header::SIZE) else { return };
+    let length = u32::from_le_bytes([low, middle, high, 0]) as usize;
+    let head = bytes.get_mut(..Header::SIZE + length).and_then(|head| head.split_last_chunk_mut::<4>());
+    if let Some((body, checksum)) = head.filter(|(body, _)| body.len() >= Header::SIZE) {
         *checksum = crc32c::crc32c(body).to_le_bytes();
     }
 }

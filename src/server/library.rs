@@ -148,7 +148,7 @@ mod tests {
             let first = library.contents("a.uwm", &object).await.unwrap();
             assert_eq!(*first, whole);
             assert!(Arc::ptr_eq(&first, &library.contents("a.uwm", &object).await.unwrap()), "read once");
-            for cut in [0, 50, 88, 100] {
+            for cut in [0, 8, 16, 50, 100] {
                 memory.put(&path, bytes[..cut].to_vec().into()).await.unwrap();
                 let object = store.object("a.uwm").await.unwrap();
                 let fault = library.contents("a.uwm", &object).await.unwrap_err().to_string();

@@ -89,7 +89,7 @@ impl Row {
             triangles: level.triangles,
             precision: level.precision,
             max_error: level.max_error,
-            rms_error: level.rms_error.into(),
+            rms_error: level.rms_error,
             offset,
             bytes,
             atoms: [atoms.start, atoms.end],

@@ -1,7 +1,7 @@
 //! Events as JSON.
 
 use crate::codec::residue::Residue;
-use crate::container::{Contents, Metadata, Plan};
+use crate::container::{Contents, Header, Metadata, Plan};
 use crate::error::Error;
 use serde_json::{Value, json};
 use std::sync::Arc;
@@ -52,15 +52,15 @@ pub fn residue(residue: &Residue) -> Value {
 }
 
 /// The metadata are there.
-pub fn metadata(metadata: &Metadata) -> Value {
+pub fn metadata(metadata: &Metadata, header: &Header) -> Value {
     json!({
         "type": "metadata",
         "generator": metadata.generator,
         "source": metadata.source,
         "settings": metadata.settings,
         "dropped": metadata.dropped,
-        "conditioning": metadata.conditioning,
-        "diagonal": metadata.diagonal,
+        "conditioning": metadata.findings(header),
+        "diagonal": metadata.diagonal_of(header),
     })
 }
 

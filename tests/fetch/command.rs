@@ -167,7 +167,7 @@ fn from_our_own_server() {
 
     let by_rms = fetch(&format!("-o j.uwm --error rms:{largest} --json"));
     let by_rms: Value = serde_json::from_slice(&by_rms.succeeded().out).unwrap();
-    let coarsest = contents.levels.iter().rposition(|level| f64::from(level.rms_error) <= largest).unwrap();
+    let coarsest = contents.levels.iter().rposition(|level| level.rms_error <= largest).unwrap();
     assert_eq!(by_rms["level"], coarsest);
     assert!(by_rms["level"].as_u64() > told["level"].as_u64(), "the measures lead to different levels");
     let triangles = contents.levels[5].triangles;

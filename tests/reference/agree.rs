@@ -24,7 +24,7 @@ pub struct Seen {
 #[derive(Debug, PartialEq)]
 pub struct Shown {
     level: usize,
-    errors: (f64, f32),
+    errors: (f64, f64),
     /// Triangles, each from its smallest point, sorted.
     triangles: Vec<[Point; 3]>,
     roots: Vec<[Point; 2]>,

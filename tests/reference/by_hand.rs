@@ -2,7 +2,7 @@
 
 use super::agree::{agree, sorted};
 use super::container::{BASE, File, Level, PRECISION, REFINEMENT};
-use super::draft::{Draft, atom};
+use super::draft::{Draft, Shape, atom};
 use super::forge;
 use super::golden::load;
 
@@ -10,42 +10,29 @@ use super::golden::load;
 /// - the base's payload is cut in three, within the code as well;
 /// - the eight vertex steps are cut into three and five, not between rounds, the split and the attachment into two atoms;
 /// - two of these codes end in zeros that an encoder leaves out;
-/// - optional atoms stand before, among and behind the others, with fields that mean nothing;
+/// - optional atoms stand behind the others;
 /// - there are no metadata.
 ///
 /// The codes of its steps and operations that are not in the specification were computed apart from this crate, from §6.
 pub fn file() -> Draft {
-    let mut header = b"\x89UWM\r\n\x1A\n".to_vec();
-    header.extend([1, 0, 0, 0]);
-    // Vertices and triangles, of level 0 and of the base; two levels.
-    header.extend([6u32, 5, 4, 2].iter().flat_map(|count| count.to_le_bytes()));
-    header.extend([2, 0, 0, 0]);
-    header.extend([-8.0f64, 0.0, 1.0, 0.5].iter().flat_map(|x| x.to_le_bytes()));
-    header.extend([8, 0, 0, 0]);
-    header.extend([255u32, 255, 40].iter().flat_map(|maximum| maximum.to_le_bytes()));
-
-    let mut levels = vec![2];
-    levels.extend(3.0f64.to_le_bytes());
-    levels.extend(1.0f32.to_le_bytes());
-    levels.extend([2, 3, 0]);
-    levels.extend([0; 12]);
-
-    let optional = |kind, bytes| atom(kind, 0xFFFF_FFFF, 7, 0xFFFF_FFFF, bytes);
+    let shape = |vertices, triangles, shift, errors| Shape { vertices, triangles, shift, errors };
+    // Errors of 6 and 2 steps, and of none.
+    let levels = vec![shape(6, 5, 0, [0; 2]), shape(4, 2, 2, [0x40C0, 0x4000])];
+    let optional = |kind, bytes| atom(kind, 0, 0, 0, bytes);
     let atoms = vec![
-        optional(128, b"before all else"),
         atom(BASE, 1, 0, 0, &[0x04, 0x6F, 0x5F]),
-        optional(200, b"within the base"),
         atom(BASE, 1, 0, 0, &[0x4E]),
         atom(BASE, 1, 0, 0, &[0x2E, 0xE0]),
         atom(PRECISION, 0, 3, 0, &[0x1E, 0x40]),
-        optional(255, &[0]),
         atom(PRECISION, 0, 5, 0, &[0x40, 0x70, 0, 0, 0]),
         atom(REFINEMENT, 0, 1, 2, &[0x4C, 0xED, 0]),
-        optional(128, b"between operations"),
         atom(REFINEMENT, 0, 1, 1, &[0xB6, 0x17, 0x74]),
-        optional(129, b"behind the last level"),
+        optional(200, b"in front of"),
+        optional(255, &[0]),
+        optional(255, b"behind the last level"),
     ];
-    Draft { header, levels, atoms }
+    let (origin, maximum) = ([-8.0, 0.0, 1.0], [255, 255, 40]);
+    Draft { settings: [0; 3], origin, step: 0.5, bits: 8, maximum, levels, atoms }
 }
 
 #[test]
@@ -67,7 +54,7 @@ fn both_decoders_read_it() {
 #[test]
 fn zeros_at_the_end_have_a_measure() {
     // By the place of its atom, the bytes each code has with all its zeros.
-    for (place, whole_length) in [(5, 5), (7, 5), (8, 6), (10, 6)] {
+    for (place, whole_length) in [(3, 5), (4, 5), (5, 6), (6, 6)] {
         let mut draft = file();
         let bare = draft.atoms[place].bytes.clone();
         for length in bare.len()..=whole_length {
@@ -82,19 +69,14 @@ fn zeros_at_the_end_have_a_measure() {
 #[test]
 fn the_frame_of_the_example_in_chapter_3() {
     let mut draft = file();
-    draft.header.splice(12..28, [5u32, 6, 4, 4].iter().flat_map(|count| count.to_le_bytes()));
-    draft.header.splice(32..56, [-1.0f64, 0.0, 2.0].iter().flat_map(|x| x.to_le_bytes()));
-    draft.header.splice(68..80, [255u32, 0, 16].iter().flat_map(|x| x.to_le_bytes()));
-    draft.levels = vec![0];
-    draft.levels.extend(0.5f64.to_le_bytes());
-    draft.levels.extend(0.25f32.to_le_bytes());
-    draft.levels.extend([1, 2, 0]);
-    draft.levels.extend([0; 12]);
+    (draft.origin, draft.maximum) = ([-1.0, 0.0, 2.0], [255, 0, 16]);
+    let shape = |vertices, triangles, errors| Shape { vertices, triangles, shift: 0, errors };
+    draft.levels = vec![shape(5, 6, [0; 2]), shape(4, 4, [0x3F80, 0x3F00])];
     draft.atoms = vec![atom(BASE, 1, 0, 0, b"abc"), atom(REFINEMENT, 0, 1, 2, b"de")];
     let bytes = draft.bytes();
-    assert_eq!(bytes.len(), 144);
-    assert_eq!(bytes[80..88], [0x33, 0, 0, 0, 0xD7, 2, 0x1E, 0x55]);
-    assert_eq!(bytes[135..139], [0x3C, 0xCF, 0x0A, 0xE1]);
+    assert_eq!(bytes.len(), 68);
+    assert_eq!(bytes[8..16], [1, 0, 0, 0, 0, 0x2F, 0, 0]);
+    assert_eq!(bytes[49..63], [4, 0x9F, 0xFD, 1, 0x9F, 0xFB, 1, 4, 0xE2, 0xE6, 0xDF, 0xF8, 0x7B, 0x4D]);
     assert_eq!(File::read(&bytes).map(|file| file.levels.len()), Ok(2));
     assert!(agree(&bytes).is_none(), "abc is no mesh");
 }

@@ -27,6 +27,7 @@ pub struct File {
     pub origin: [f64; 3],
     pub step: f64,
     pub bits: u32,
+    pub maximum: [u64; 3],
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
     pub atoms: Vec<Atom>,
@@ -38,7 +39,7 @@ pub struct Level {
     pub triangles: u64,
     pub shift: u32,
     pub max_error: f64,
-    pub rms_error: f32,
+    pub rms_error: f64,
 }
 
 #[derive(Clone, Debug, PartialEq)]
@@ -57,46 +58,25 @@ impl File {
         let mut fields = Fields(bytes);
         demand(fields.take(8)? == b"\x89UWM\r\n\x1A\n", "3.2: magic")?;
         demand(fields.u16()? == 1, "3.2: version")?;
-        demand(fields.u16()? == 0, "3.2: flags")?;
-        let [v0, t0, vb, tb] = [fields.u32()?, fields.u32()?, fields.u32()?, fields.u32()?];
-        demand([v0, t0, vb, tb].iter().all(|&count| count <= 1 << 30), "3.2: counts")?;
-        let n = fields.u16()? as usize;
-        demand((1..=4096).contains(&n), "3.2: number of levels")?;
-        demand(fields.u16()? == 0, "3.2: reserved")?;
-        let origin = [fields.f64()?, fields.f64()?, fields.f64()?];
-        let step = fields.f64()?;
-        demand(origin.iter().all(|x| x.is_finite()) && step.is_finite() && step >= 0.0, "3.2: lattice")?;
-        let bits = u32::from(fields.u8()?);
-        demand((8..=24).contains(&bits), "3.2: lattice bits")?;
         demand(fields.take(3)? == [0; 3], "3.2: reserved")?;
-        for x in origin {
-            let maximum = fields.u32()?;
-            demand(maximum < 1 << bits && (x + step * maximum as f64).is_finite(), "3.2: bounding box")?;
-        }
-        let length = fields.u32()?;
-        demand(length <= 1 << 26, "3.2: length of the table")?;
-        demand(fields.u32()? == u64::from(crc32c(&bytes[..84])), "3.4: checksum of the header")?;
-
-        demand(v0 >= vb && t0 >= tb && v0 - vb >= n as u64 - 1, "3.2: what is added")?;
-        demand(n > 1 || (v0 == vb && t0 == tb), "3.2: n = 1 adds nothing")?;
-        demand(n == 1 || tb > 0, "3.2: a base without triangles")?;
-        demand(vb <= 3 * tb && 3 * tb <= vb * vb.saturating_sub(1), "3.6: counts of the base")?;
-
-        let table = fields.take(length as usize)?;
+        let length = fields.u24()? as usize;
+        let table = fields.take(length)?;
         demand(table.len() >= 4, "3.3: table too short")?;
         let (table, sum) = table.split_at(table.len() - 4);
-        demand(sum == crc32c(table).to_le_bytes(), "3.4: checksum of the table")?;
+        demand(sum == crc32c(&bytes[..16 + table.len()]).to_le_bytes(), "3.4: checksum of the table")?;
         let mut table = Fields(table);
-        let levels = table::read_levels(&mut table, n, vb, tb, bits)?;
-        demand(levels[0].vertices == v0 && levels[0].triangles == t0, "3.3: sums of counts")?;
-        let mut atoms = table::read_atoms(&mut table, &levels)?;
-        demand(table.0.is_empty(), "3.3: bytes behind the last entry")?;
+        let (origin, step, bits, maximum) = table::read_lattice(&mut table)?;
+        let n = table.varint()?;
+        demand((1..=4096).contains(&n), "3.3: number of levels")?;
+        let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step)?;
+        table::read_payloads(&mut table, n - 1, &mut atoms)?;
+        demand(atoms.len() <= 1 << 20, "3.6: number of atoms")?;
         for atom in &mut atoms {
             atom.bytes = fields.take(atom.length)?.to_vec();
-            demand(crc32c(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
+            demand(checksum(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
-        Ok(Self { origin, step, bits, levels, atoms })
+        Ok(Self { origin, step, bits, maximum, levels, atoms })
     }
 
     /// The atoms of one kind at one level.
@@ -113,6 +93,21 @@ impl File {
     pub fn position(&self, point: [i64; 3]) -> [f64; 3] {
         [0, 1, 2].map(|k| self.origin[k] + self.step * point[k] as f64)
     }
+}
+
+/// §3.4: the checksum of an atom.
+pub fn checksum(bytes: &[u8]) -> u32 {
+    if bytes.len() < 1024 { crc16(bytes) } else { crc32c(bytes) }
+}
+
+/// §3.4, as a division of polynomials: the bits from the highest on, 16 zeros behind them, the first 16 turned over.
+fn crc16(bytes: &[u8]) -> u32 {
+    let bits = bytes.iter().flat_map(|byte| (0..8).rev().map(move |i| u32::from(byte >> i & 1)));
+    let turned = bits.chain([0; 16]).enumerate().map(|(i, bit)| bit ^ u32::from(i < 16));
+    turned.fold(0, |rest, bit| {
+        let rest = rest << 1 | bit;
+        if rest >> 16 == 1 { rest ^ 0x1_1021 } else { rest }
+    })
 }
 
 /// §3.4, bit by bit.
@@ -149,6 +144,10 @@ impl<'a> Fields<'a> {
 
     pub fn u16(&mut self) -> Result<u64> {
         self.little_endian(2)
+    }
+
+    pub fn u24(&mut self) -> Result<u64> {
+        self.little_endian(3)
     }
 
     pub fn u32(&mut self) -> Result<u64> {

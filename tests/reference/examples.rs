@@ -237,7 +237,7 @@ fn the_square_exactly_and_in_order() {
     let file = |beyond: Vec<Atom>| {
         let atoms = vec![atom(BASE, 0, 0, 0, &[0x04, 0x6F, 0x5F, 0x63, 0x8C, 0x82])];
         let mut draft = base_alone(4, 2, atoms.into_iter().chain(beyond).collect());
-        draft.header.splice(32..64, [0.0, 0.0, 0.0, 0.01f64].iter().flat_map(|x| x.to_le_bytes()));
+        (draft.origin, draft.step) = ([0.0; 3], 0.01);
         draft.bytes()
     };
     let positions = [[0.0, 0.0, 0.0], [2.55, 0.0, -0.0], [2.549, 2.55, 0.0], [0.0, 2.5501, 0.0]];

@@ -6,7 +6,7 @@ use unweld::encoder::{Encoder, Keyframes, Options};
 
 use super::agree::{agree, by_reference};
 use super::container::{Atom, BASE, CORRECTION, File, KEYFRAME, Level, METADATA, ORDER, REFINEMENT, RESIDUE};
-use super::draft::{Draft, atom};
+use super::draft::{Draft, Shape, atom};
 use super::forge;
 use super::golden::load;
 use super::on_shapes::{every_shape, soup};
@@ -52,22 +52,17 @@ fn a_byte_of_a_larger_file() {
 /// A file of one level with this payload, of so many vertices and triangles.
 pub fn base_alone(vertices: u32, triangles: u32, atoms: Vec<Atom>) -> Draft {
     let mut draft = Draft::of(&load("tetrahedron.uwm"));
-    draft.header[64] = 8;
-    draft.header.splice(68..80, [0; 12]);
-    draft.header.splice(12..28, [vertices, triangles].repeat(2).iter().flat_map(|count| count.to_le_bytes()));
+    (draft.bits, draft.maximum) = (8, [0; 3]);
+    (draft.levels[0].vertices, draft.levels[0].triangles) = (vertices.into(), triangles.into());
     draft.atoms = atoms;
     draft
 }
 
 /// The same with a level 0 that adds these vertices and triangles.
 pub fn and_a_level(mut draft: Draft, vertices: u32, triangles: u32, bytes: &[u8]) -> Draft {
-    for (place, added) in [(12, vertices), (16, triangles)] {
-        let count = u32::from_le_bytes(std::array::from_fn(|i| draft.header[place + i])) + added;
-        draft.header[place..place + 4].copy_from_slice(&count.to_le_bytes());
-    }
-    draft.header[28] = 2;
-    draft.levels.extend([vertices as u8, triangles as u8, 0]);
-    draft.levels.extend([0; 12]);
+    let base = draft.levels[0];
+    let counts = (base.vertices + u64::from(vertices), base.triangles + u64::from(triangles));
+    draft.levels.insert(0, Shape { vertices: counts.0, triangles: counts.1, shift: 0, errors: [0; 2] });
     for atom in &mut draft.atoms {
         atom.level = 1;
     }
@@ -98,8 +93,7 @@ fn a_code_of_nothing() {
 #[test]
 fn positions_beyond_binary64() {
     let mut draft = Draft::of(&load("tetrahedron.uwm"));
-    draft.header.splice(56..64, 1e306f64.to_le_bytes());
-    draft.header.splice(68..80, [1u32; 3].iter().flat_map(|maximum| maximum.to_le_bytes()));
+    (draft.step, draft.maximum) = (1e306, [1; 3]);
     let seen = agree(&draft.bytes()).expect("the box alone must be finite, §3.2");
     assert!(seen.whole.positions.iter().flatten().any(|x| x.is_infinite()));
 }

@@ -14,10 +14,12 @@ pub fn check(payload: &[u8]) -> Result<()> {
         string(&mut fields)?;
     }
     for _ in 0..uint(&mut fields)? {
-        string(&mut fields)?;
+        uint(&mut fields)?;
         uint(&mut fields)?;
     }
-    let diagonal = fields.f64()?;
+    let told = fields.u8()?;
+    demand(told <= 1, "3.5: whether there is a diagonal")?;
+    let diagonal = if told == 1 { fields.f64()? } else { 0.0 };
     demand(diagonal.is_finite() && diagonal >= 0.0, "3.5: diagonal")?;
     demand(fields.u8()? <= 1, "3.5: binary32")?;
     demand(fields.0.is_empty(), "3.5: trailing bytes")
@@ -43,7 +45,7 @@ fn string(fields: &mut Fields) -> Result<()> {
 
 #[test]
 fn the_example_of_the_chapter() {
-    let mut bytes = b"\x03u 1\x02\xC3\xA9\x01\x01a\x00\x01\x02uv\x01\x01x\xFB\xFB\x00".to_vec();
+    let mut bytes = b"\x03u 1\x02\xC3\xA9\x01\x01a\x00\x01\x02uv\x02\x03\xFB\xFB\x00\x02\x02\x01".to_vec();
     bytes.extend(2.0f64.to_le_bytes());
     bytes.push(1);
     check(&bytes).unwrap();

@@ -36,9 +36,8 @@ fn each_way_to_ask() {
     );
     let error = contents.levels[4].max_error;
     let by_error = (0..=base).rev().find(|&j| contents.levels[j as usize].max_error <= error).unwrap();
-    let rms = f64::from(contents.levels[4].rms_error);
-    let by_rms =
-        (0..=base).rev().find(|&j| f64::from(contents.levels[j as usize].rms_error) <= error).unwrap();
+    let rms = contents.levels[4].rms_error;
+    let by_rms = (0..=base).rev().find(|&j| contents.levels[j as usize].rms_error <= error).unwrap();
     assert!(by_rms > by_error && end_of(7) < end_of(4), "the measures lead to different levels");
     let triangles = contents.levels[5].triangles;
     let by_triangles =

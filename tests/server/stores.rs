@@ -283,8 +283,8 @@ fn truncated_meshes() {
         "",
         "",
         "byte 0: not a .uwm file (spec §3.2)",
-        "byte 0: the file is cut off: at least 88 bytes are missing (spec §3.1)",
-        "byte 0: the header does not match its checksum (spec §3.4)",
+        "byte 0: the file is cut off: at least 16 bytes are missing (spec §3.1)",
+        "byte 0: header and table of contents do not match their checksum (spec §3.4)",
     ];
     assert_eq!(errors, expected);
 }

@@ -1,0 +1,44 @@
+//! Checksums (spec §3.4).
+
+/// Atoms of fewer bytes have a checksum of two bytes, not four: it finds every change of up to three bits of them, and every run of changes
+/// of up to 16 bits.
+pub(super) const SHORT: u32 = 1024;
+
+/// The checksum of an atom.
+pub(super) fn of_atom(bytes: &[u8]) -> u32 {
+    if bytes.len() < SHORT as usize { u32::from(crc16(bytes)) } else { crc32c::crc32c(bytes) }
+}
+
+/// CRC-16 with the polynomial 1021, in the form of IBM 3740.
+fn crc16(bytes: &[u8]) -> u16 {
+    bytes.iter().fold(0xFFFF, |crc, &byte| {
+        (0..8)
+            .fold(crc ^ (u16::from(byte) << 8), |crc, _| (crc << 1) ^ if crc >> 15 == 1 { 0x1021 } else { 0 })
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn known_sums() {
+        assert_eq!(of_atom(b"123456789"), 0x29B1);
+        let long = [b"123456789".as_slice(), &[0; 1024]].concat();
+        assert_eq!(of_atom(&long), crc32c::crc32c(&long));
+        assert_eq!(of_atom(&long[..1024]), crc32c::crc32c(&long[..1024]));
+        assert_eq!(of_atom(&long[..1023]), u32::from(crc16(&long[..1023])));
+    }
+
+    /// A change is missed where the sums of its bits, each alone, cancel out.
+    #[test]
+    fn two_changed_bits_are_found_in_the_longest_atom_that_has_it() {
+        let plain = [0; SHORT as usize - 1];
+        let mut sums = std::collections::HashSet::from([0]);
+        for bit in 0..8 * plain.len() {
+            let mut changed = plain;
+            changed[bit / 8] ^= 1 << (bit % 8);
+            assert!(sums.insert(crc16(&changed) ^ crc16(&plain)), "bit {bit}");
+        }
+    }
+}

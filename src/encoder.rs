@@ -178,7 +178,7 @@ impl<'a> Encoder<'a> {
         }
         let metadata = self.metadata(&report, payloads.copies).encode()?;
         work.read(metadata.len(), metadata.len() as u64)?;
-        report.work = work.from_base();
+        report.work = work.total();
         file.payload(AtomKind::Metadata, 0, &metadata);
         let contents = file.write(out)?;
         report.seconds = Seconds {

@@ -29,7 +29,8 @@ const NONE: u32 = u32::MAX;
 
 impl Order {
     /// Writes the order of `whole`, which is level 0, `mesh`, with its residue and the copies of its correction: `count`
-    /// vertices, on a walk of it. `origins` tells of each triangle of the input which one it is. What reading it will take is debited.
+    /// vertices, on a walk of it. `origins` tells of each triangle of the input which one it is. Returned are the
+    /// payload and the units of work that reading it takes.
     #[cfg(feature = "encode")]
     pub fn encode(
         &self,
@@ -39,12 +40,12 @@ impl Order {
         whole: &Whole,
         count: usize,
         origins: &[Origin],
-        budget: &mut Budget,
-    ) -> Result<Vec<u8>, WholeError> {
+    ) -> Result<(Vec<u8>, u64), WholeError> {
         let mut coder = crate::entropy::RangeEncoder::default();
+        let mut budget = Budget::unlimited();
         let surface = Surface::new(mesh, residue, walk);
-        self.clone().code(&surface, whole, count, origins, &mut coder, budget)?;
-        Ok(coder.finish())
+        self.clone().code(&surface, whole, count, origins, &mut coder, &mut budget)?;
+        Ok((coder.finish(), budget.work()))
     }
 
     /// Reads the order of `whole`; see [`Order::encode`].

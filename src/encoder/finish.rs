@@ -107,10 +107,10 @@ impl<'a> Finish<'a> {
         }
         if self.keep_order {
             let order = Order { vertices, triangles: self.input.triangles.clone() };
-            let (residue, walk) = (&names.residue, &tour.walk);
-            let payload = order.encode(mesh, residue, walk, &whole, count, &origins, &mut budget);
-            payloads.order = payload.map_err(cannot)?;
-            payloads.work[2] = budget.work();
+            let coded = order.encode(mesh, &names.residue, &tour.walk, &whole, count, &origins);
+            let (payload, work) = coded.map_err(cannot)?;
+            payloads.order = payload;
+            payloads.work[2] = budget.work() + work;
         }
         Ok(payloads)
     }

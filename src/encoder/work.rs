@@ -35,8 +35,8 @@ impl Work {
         Ok(())
     }
 
-    /// The work from the base on.
-    pub fn from_base(&self) -> u64 {
+    /// The work of a whole file, from its base on.
+    pub fn total(&self) -> u64 {
         self.ways.first().map_or(0, Budget::work)
     }
 }
@@ -57,7 +57,7 @@ mod tests {
         let mut work = Work::default();
         work.enter(&way_in(100, 1000)).unwrap();
         work.read(50, FREE_WORK).unwrap();
-        assert_eq!(work.from_base(), FREE_WORK + 1000);
+        assert_eq!(work.total(), FREE_WORK + 1000);
         work.enter(&way_in(10, 0)).unwrap();
         work.read(0, 100 * WORK_A_BYTE).unwrap();
         let refused = work.read(0, FREE_WORK - 90 * WORK_A_BYTE + 1);

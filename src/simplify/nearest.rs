@@ -117,7 +117,7 @@ const CLIMBS: u32 = 4;
 /// Share of the largest squared distance from which on it is worth it.
 const CLOSE: f64 = 0.5;
 /// Vertices near by from which the nearest triangle is looked for, at most: the way there is short from any of them.
-const ASKED: usize = 16;
+const ASKED: usize = 64;
 /// Triangles looked at round a corner, each way.
 const FAN: u32 = 32;
 /// Triangles on the way to the nearest.

@@ -7,6 +7,7 @@ mod names;
 mod options;
 mod report;
 mod schedule;
+mod work;
 
 use crate::codec::grid::Real;
 use crate::container::{AtomKind, FileBuilder, Level, Metadata};
@@ -114,7 +115,8 @@ impl<'a> Encoder<'a> {
     ///
     /// # Errors
     /// [`Error::Parameter`] for settings out of range or a mesh without triangles, with coordinates that are not finite or
-    /// indices that are out of range; [`Error::Limit`] where `max_memory` would not do; [`Error::Cancelled`];
+    /// indices that are out of range; [`Error::Limit`] where `max_memory` would not do, or where decoding would take more work than
+    /// decoders allow for so few bytes, as it may with millions of triangles in a perfect pattern; [`Error::Cancelled`];
     /// [`Error::Io`] where `out` fails.
     pub fn encode(&mut self, mesh: &IndexedMesh, out: &mut impl Write) -> Result<Report> {
         let start = Instant::now();
@@ -158,6 +160,7 @@ impl<'a> Encoder<'a> {
         report.joined = joined;
         report.lattice_is_exact = lattice.is_exact();
         report.residue = payloads.counts;
+        let mut work = levels.work()?;
         levels.add_to(&mut file, &mut report);
         report.residue_bits = payloads.residue.len() as f64 * 8.0;
         report.correction_bits = payloads.correction.len() as f64 * 8.0;
@@ -165,9 +168,20 @@ impl<'a> Encoder<'a> {
         report.order_bits = payloads.order.len() as f64 * 8.0;
         file.payload(AtomKind::Correction, 0, &payloads.correction);
         file.payload(AtomKind::Order, 0, &payloads.order);
+        let mut before = 0;
+        let beyond = [&payloads.residue, &payloads.correction, &payloads.order];
+        for (payload, after) in
+            beyond.into_iter().zip(payloads.work).filter(|(payload, _)| !payload.is_empty())
+        {
+            work.read(payload.len(), after - before)?;
+            before = after;
+        }
         let mut metadata = self.metadata(&report, payloads.copies);
         metadata.shorten(&file.header());
-        file.payload(AtomKind::Metadata, 0, &metadata.encode()?);
+        let metadata = metadata.encode()?;
+        work.read(metadata.len(), metadata.len() as u64)?;
+        report.work = work.total();
+        file.payload(AtomKind::Metadata, 0, &metadata);
         let contents = file.write(out)?;
         report.seconds = Seconds {
             condition: conditioning.as_secs_f64(),

@@ -30,6 +30,13 @@ pub const FREE_WORK: u64 = 1 << 28;
 /// Units of work that a file may take beyond [`FREE_WORK`] for each byte of its atoms that has arrived.
 pub const WORK_A_BYTE: u64 = 1 << 13;
 
+/// Units of work for each triangle of a mesh that is walked.
+pub(crate) const WORK_A_SLOT: u64 = 4;
+/// Units of work for an operation.
+pub(crate) const WORK_AN_OPERATION: u64 = 16;
+/// Units of work for a step of a precision pass.
+pub(crate) const WORK_A_STEP: u64 = 2;
+
 /// What a decoder may spend.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
@@ -66,7 +73,13 @@ impl Budget {
     /// The budget of a writer, who knows what is coming.
     #[cfg(feature = "encode")]
     pub fn unlimited() -> Self {
-        Self { bytes: u64::MAX, ..Self::new(Limits { memory: u64::MAX, work: u64::MAX }) }
+        Self { bytes: u64::MAX, ..Self::by_bytes() }
+    }
+
+    /// One that only the bytes limit which arrive.
+    #[cfg(feature = "encode")]
+    pub(crate) fn by_bytes() -> Self {
+        Self::new(Limits { memory: u64::MAX, work: u64::MAX })
     }
 
     /// So many more bytes have arrived, and may be worked on.

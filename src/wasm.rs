@@ -39,10 +39,10 @@ pub struct Settings {
 pub struct Client {
     settings: Settings,
     decoder: Decoder,
-    /// The first bytes, until header and table of contents are known.
+    /// The first bytes, until header and table of contents are known: no more than have been pushed.
     head: Option<Vec<u8>>,
     plan: Option<Plan>,
-    /// Bytes behind what is wanted.
+    /// Bytes behind what is wanted: no more than have been pushed.
     held: Vec<u8>,
     /// Bytes of the file that the decoder has been given.
     given: u64,
@@ -55,7 +55,8 @@ pub struct Client {
     moved: Marks,
     turned: Marks,
     rewritten: Marks,
-    /// Where the vertices behind those told began: positions relative to the lattice, in its steps.
+    /// Where the vertices behind those told began: positions relative to the lattice, in its steps. A vertex has taken many times as much of
+    /// the decoder's budget.
     from: Vec<[f32; 3]>,
     jumps: Jumps,
     reports: Vec<serde_json::Value>,

@@ -4,11 +4,14 @@
 mod common;
 
 use common::triangles;
+use std::num::NonZeroUsize;
+use std::sync::Arc;
 use unweld::Error;
 use unweld::container::{Contents, Part, Plan, Want, parse_contents, plan, plan_from_keyframe};
 use unweld::decoder::{self, Decoder, Event, Until};
 use unweld::encoder::{Encoder, Keyframes, Options, Preview, Profile};
 use unweld::limits::Limits;
+use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::{IndexedMesh, Triangle, shapes};
 use unweld::refine::Site;
 use unweld::simplify::Method;
@@ -200,6 +203,22 @@ fn decoding_stops_where_it_is_told_to() {
     }
 }
 
+/// The surface that a plan leads to, by its parts of the file alone.
+fn followed(file: &[u8], contents: &Arc<Contents>, plan: &Plan) -> Vec<[[i32; 3]; 3]> {
+    let mut decoder = Decoder::of_plan(contents.clone(), plan, decoder::Options::default());
+    for part in &plan.parts {
+        decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
+    }
+    while decoder.poll().unwrap().is_some() {}
+    decoder.finish().unwrap();
+    decoder.mesh().table.check().unwrap();
+    if plan.complete {
+        assert_eq!(decoder.level(), Some(plan.level));
+    }
+    assert_eq!(decoder.mesh().table.triangle_count() as u32, plan.triangles);
+    triangles(&decoder.assembled().unwrap(), &contents.header.lattice)
+}
+
 #[test]
 fn every_plan_is_enough_and_leads_where_it_says() {
     let file = Encoder::new(Options { preview: Preview::Schedule(vec![2]), ..small() })
@@ -207,18 +226,7 @@ fn every_plan_is_enough_and_leads_where_it_says() {
         .unwrap();
     let contents = parse_contents(&file).unwrap().unwrap();
     let base = contents.base_level();
-    let lattice = contents.header.lattice;
-    let follow = |plan: &Plan| {
-        let mut decoder = Decoder::of_plan(contents.clone(), plan, decoder::Options::default());
-        for part in &plan.parts {
-            decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
-        }
-        while decoder.poll().unwrap().is_some() {}
-        decoder.finish().unwrap();
-        assert_eq!(decoder.level(), Some(if plan.complete { plan.level } else { decoder.level().unwrap() }));
-        assert_eq!(decoder.mesh().table.triangle_count() as u32, plan.triangles);
-        triangles(&decoder.assembled().unwrap(), &lattice)
-    };
+    let follow = |plan: &Plan| followed(&file, &contents, plan);
     for j in 0..=base {
         assert_eq!(
             follow(&plan(&contents, Want::Level(j))),
@@ -244,21 +252,10 @@ fn every_keyframe_leads_to_every_finer_level() {
             };
             let file = Encoder::new(options).encode_to_vec(&mesh).unwrap();
             let contents = parse_contents(&file).unwrap().unwrap();
-            let lattice = contents.header.lattice;
-            let follow = |plan: &Plan| {
-                let mut decoder = Decoder::of_plan(contents.clone(), plan, decoder::Options::default());
-                for part in &plan.parts {
-                    decoder.push(&file[part.bytes.start as usize..part.bytes.end as usize]);
-                }
-                while decoder.poll().unwrap().is_some() {}
-                decoder.finish().unwrap();
-                decoder.mesh().table.check().unwrap();
-                assert_eq!(decoder.level(), Some(plan.level));
-                triangles(&decoder.assembled().unwrap(), &lattice)
-            };
+            let follow = |plan: &Plan| followed(&file, &contents, plan);
             let base = contents.base_level();
             let replayed: Vec<_> = (0..=base).map(|j| follow(&plan(&contents, Want::Level(j)))).collect();
-            assert_eq!(replayed[0], triangles(&mesh, &lattice));
+            assert_eq!(replayed[0], triangles(&mesh, &contents.header.lattice));
             for start in 0..base {
                 let expected = start.is_multiple_of(every);
                 assert_eq!(contents.keyframe(start).is_some(), expected, "a keyframe of level {start}");
@@ -291,24 +288,33 @@ fn from_keyframe(contents: &Contents, start: u32, level: u32) -> Plan {
 }
 
 /// A bumpy sphere has curvature everywhere, so that no level is free. A larger budget of a level's cost takes more operations into it: fewer levels, of
-/// fewer bytes in all (no seam between levels costs anything), and each further off; a smaller budget the other way round.
+/// fewer bytes in all (no seam between levels costs anything), and each further off; a smaller budget the other way round. How far is measured, not
+/// taken from the file.
 #[test]
 fn profiles_do_what_their_names_say() {
     let mesh = shapes::bumpy_sphere(5, 3);
     let [default, few, near] = [Profile::Default, Profile::Small, Profile::Fine].map(|profile| {
         let file = Encoder::new(Options::profile(profile)).encode_to_vec(&mesh).unwrap();
         let contents = parse_contents(&file).unwrap().unwrap();
-        (file.len(), contents)
+        (file, contents)
     });
-    assert!(few.0 < default.0, "{} bytes for few, {} by default", few.0, default.0);
+    let [few_bytes, bytes] = [few.0.len(), default.0.len()];
+    assert!(few_bytes < bytes, "{few_bytes} bytes for few, {bytes} by default");
     assert!(few.1.levels.len() <= default.1.levels.len());
     // Of as many triangles at most, from the same input.
     for share in [4, 8, 16] {
         let most = default.1.header.triangles / share;
-        let error = |contents: &Contents| {
-            contents.levels.iter().find(|level| level.triangles <= most).unwrap().rms_error
+        let measured = |(file, contents): &(Vec<u8>, Arc<Contents>)| {
+            let level = contents.levels.iter().position(|level| level.triangles <= most).unwrap();
+            let until = Until { level: level as u32, ..Until::default() };
+            let options = decoder::Options { until, ..Default::default() };
+            let decoded = decoder::decode(file, options).unwrap().assembled().unwrap();
+            assert!(decoded.triangles.len() <= most as usize);
+            let sampling = Sampling { samples: 20_000, seed: 1, threads: NonZeroUsize::MIN };
+            let ways = surface_distances(&mesh, &decoded, &sampling, &mut |_, _| {}).unwrap();
+            SurfaceDistance::symmetric(ways).rms
         };
-        let (fine, plain) = (error(&near.1), error(&default.1));
+        let (fine, plain) = (measured(&near), measured(&default));
         assert!(fine < plain, "1 in {share}: {fine} instead of {plain}");
     }
 }

@@ -100,7 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     say(&format!(
         "Drew its levels of {} triangles: {}\n\nNow try\n  {unweld} info {name}\n  \
          {unweld} view {name}\n  \
-         {unweld} decode {name} -o coarse.obj --faces 2000\n  \
+         {unweld} decode {name} -o coarse.obj --triangles 2000\n  \
          {unweld} decode {name} -o early.ply --prefix-bytes 20K\n\n",
         counts.join(", "),
         picture.name,

@@ -179,7 +179,7 @@ EXAMPLES
   unweld measure bunny.ply bunny.uwm --level 8
   unweld measure bunny.ply small.obj --samples 10000000 --threads 4
   unweld measure bunny.ply small.ply --json | jq .symmetric.rms_percent
-  unweld decode bunny.uwm -o - --faces 5000 | unweld measure bunny.ply -
+  unweld decode bunny.uwm -o - --triangles 5000 | unweld measure bunny.ply -
 
 A to B is how far the points of A lie from the nearest points of B; symmetric is the larger of both ways. The mean and rms
 are over the area, the maximum is the largest distance met.";

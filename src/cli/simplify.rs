@@ -56,8 +56,8 @@ pub struct Args {
 #[group(required = true, multiple = false)]
 struct Goal {
     /// Most triangles, 0 or more
-    #[arg(long, value_name = "N")]
-    faces: Option<usize>,
+    #[arg(long, visible_alias = "faces", value_name = "N")]
+    triangles: Option<usize>,
     /// Most triangles as a part of the input's, above 0 and up to 1: 0.1 or 10%
     #[arg(long, value_name = "R", value_parser = part)]
     ratio: Option<f64>,
@@ -176,8 +176,8 @@ enum Limit {
 impl Goal {
     fn limit(&self, mesh: &IndexedMesh) -> Limit {
         let triangles = mesh.triangles.len();
-        match (self.faces, self.ratio, self.error) {
-            (Some(faces), _, _) => Limit::Triangles(faces),
+        match (self.triangles, self.ratio, self.error) {
+            (Some(triangles), _, _) => Limit::Triangles(triangles),
             (_, _, Some(Tolerance::Absolute(error))) => Limit::Error(error),
             (_, _, Some(Tolerance::Percent(percent))) => Limit::Error(percent / 100.0 * mesh.diagonal()),
             (_, ratio, _) => Limit::Triangles((triangles as f64 * ratio.unwrap_or(1.0)) as usize),
@@ -392,9 +392,9 @@ const FINENESS: usize = 256;
 
 const EXAMPLES: &str = "\
 EXAMPLES
-  unweld simplify bunny.ply -o small.ply --faces 5000
+  unweld simplify bunny.ply -o small.ply --triangles 5000
   unweld simplify bunny.ply -o tenth.ply --ratio 10%
   unweld simplify bunny.ply -o near.ply --error 0.1%
-  unweld simplify bunny.uwm -o coarse.obj --level 3 --faces 1000
-  unweld simplify bunny.ply -o small.obj --faces 5000 --method ffc --lock-boundary
-  unweld simplify part.stl -o small.stl --faces 5000 --weld 0.0001";
+  unweld simplify bunny.uwm -o coarse.obj --level 3 --triangles 1000
+  unweld simplify bunny.ply -o small.obj --triangles 5000 --method ffc --lock-boundary
+  unweld simplify part.stl -o small.stl --triangles 5000 --weld 0.0001";

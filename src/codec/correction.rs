@@ -38,12 +38,17 @@ pub const MAX_GRIDS: usize = 4;
 const NEAR: u64 = 16;
 
 impl Correction {
-    /// Writes the correction of level 0.
+    /// Writes the correction of level 0. What reading it will take is debited.
     #[cfg(feature = "encode")]
-    pub fn encode(&self, whole: &Whole, lattice: &Lattice) -> Result<Vec<u8>, WholeError> {
+    pub fn encode(
+        &self,
+        whole: &Whole,
+        lattice: &Lattice,
+        budget: &mut Budget,
+    ) -> Result<Vec<u8>, WholeError> {
         let mut coder = crate::entropy::RangeEncoder::default();
         let mut copy = self.clone();
-        copy.code(whole, lattice, &mut coder, &mut Budget::unlimited())?;
+        copy.code(whole, lattice, &mut coder, budget)?;
         Ok(coder.finish())
     }
 

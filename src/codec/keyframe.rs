@@ -29,6 +29,8 @@ pub struct Written {
     pub payload: Vec<u8>,
     /// Bits of its connectivity, by part; the rest are positions.
     pub connectivity: edgebreaker::Bits,
+    /// Units of work that reading it takes (spec §3.6).
+    pub work: u64,
 }
 
 /// Writes a level as a payload.
@@ -36,8 +38,9 @@ pub struct Written {
 pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
     let boundary =
         mesh.table.triangles().flat_map(|t| t.corners()).filter(|&c| mesh.table.opposite(c).is_none());
+    let boundary = boundary.count() as u64;
     let mut payload = Vec::new();
-    varint::write(boundary.count() as u64, &mut payload);
+    varint::write(boundary, &mut payload);
     let mut coder = crate::entropy::RangeEncoder::default();
     let connectivity = edgebreaker::encode(&mesh.table, &mesh.roots, &mut coder);
     let walk = Walk::new(&mesh.table, &mesh.roots);
@@ -45,7 +48,9 @@ pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
     code_positions(&mesh.table, &walk, &mut coder, |v, _| known(v))
         .expect("lattice coordinates are numbers of at most 24 bits");
     payload.extend(coder.finish());
-    Written { payload, connectivity }
+    // A symbol for each triangle, those of caps included.
+    let work = (1 + WORK_A_TRIANGLE) * mesh.table.triangle_count() as u64 + boundary;
+    Written { payload, connectivity, work }
 }
 
 /// Reads a payload. Vertices are numbered in walk order.

@@ -29,7 +29,8 @@ const NONE: u32 = u32::MAX;
 
 impl Order {
     /// Writes the order of `whole`, which is level 0, `mesh`, with its residue and the copies of its correction: `count`
-    /// vertices, on a walk of it. `origins` tells of each triangle of the input which one it is.
+    /// vertices, on a walk of it. `origins` tells of each triangle of the input which one it is. Returned are the
+    /// payload and the units of work that reading it takes.
     #[cfg(feature = "encode")]
     pub fn encode(
         &self,
@@ -39,11 +40,12 @@ impl Order {
         whole: &Whole,
         count: usize,
         origins: &[Origin],
-    ) -> Result<Vec<u8>, WholeError> {
+    ) -> Result<(Vec<u8>, u64), WholeError> {
         let mut coder = crate::entropy::RangeEncoder::default();
+        let mut budget = Budget::unlimited();
         let surface = Surface::new(mesh, residue, walk);
-        self.clone().code(&surface, whole, count, origins, &mut coder, &mut Budget::unlimited())?;
-        Ok(coder.finish())
+        self.clone().code(&surface, whole, count, origins, &mut coder, &mut budget)?;
+        Ok((coder.finish(), budget.work()))
     }
 
     /// Reads the order of `whole`; see [`Order::encode`].
@@ -64,7 +66,6 @@ impl Order {
         budget.take_memory(mesh.table.slots(), BYTES_A_SLOT)?;
         budget.take_memory(triangles, BYTES_A_TRIANGLE)?;
         budget.take_memory(count, BYTES_A_VERTEX)?;
-        budget.take_work(WORK_AN_ITEM * (triangles + count) as u64)?;
         let mut order = Self::default();
         order.code(&Surface::new(mesh, residue, walk), whole, count, &[], &mut coder, budget)?;
         coder.finish()?;
@@ -89,6 +90,7 @@ impl Order {
         coder: &mut C,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
+        budget.take_work(WORK_AN_ITEM * (whole.triangles.len() + count) as u64)?;
         let mut corners = triangles::code(surface, whole, origins, coder)?;
         let instances = instances::code(self, &mut corners, count, coder, budget)?;
         let numbers = vertices::code(self, &corners, &instances, coder)?;

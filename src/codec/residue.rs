@@ -70,9 +70,14 @@ impl Residue {
 
     /// Writes the residue of `mesh`, level 0, on a `tour` of it.
     #[cfg(feature = "encode")]
-    pub fn encode(&self, mesh: &ProgressiveMesh, tour: &Tour) -> Result<Vec<u8>, WholeError> {
+    pub fn encode(
+        &self,
+        mesh: &ProgressiveMesh,
+        tour: &Tour,
+        budget: &mut Budget,
+    ) -> Result<Vec<u8>, WholeError> {
         let mut coder = crate::entropy::RangeEncoder::default();
-        self.clone().code(mesh, tour, &mut coder, &mut Budget::unlimited())?;
+        self.clone().code(mesh, tour, &mut coder, budget)?;
         Ok(coder.finish())
     }
 

@@ -8,7 +8,7 @@ use crate::codec::walk::Tour;
 use crate::codec::whole::{Whole, WholeError};
 use crate::container::AtomKind;
 use crate::error::{FormatError, Result};
-use crate::limits::Budget;
+use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::{IndexedMesh, Lattice};
 use crate::refine::ProgressiveMesh;
 
@@ -178,6 +178,3 @@ impl Finest {
         whole
     }
 }
-
-/// Units of work for a triangle to be walked over, and to be named.
-pub const WORK_A_SLOT: u64 = 4;

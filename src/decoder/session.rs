@@ -1,6 +1,6 @@
 //! From atoms to the mesh: what a segment has to remember, and no more.
 
-use super::finest::{Finest, Level0, WORK_A_SLOT};
+use super::finest::{Finest, Level0};
 use super::log::Log;
 use super::{Delta, Event, Options};
 use crate::codec::edgebreaker::ConnectivityError;
@@ -11,7 +11,7 @@ use crate::codec::walk::{Tour, Walk};
 use crate::container::{Atom, AtomKind, Contents, Level, Metadata};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
-use crate::limits::{Budget, make_room};
+use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION, make_room};
 use crate::mesh::IndexedMesh;
 use crate::mesh::corner_table::MAX_TRIANGLES;
 use crate::refine::ProgressiveMesh;
@@ -531,9 +531,6 @@ fn tell(delta: &mut Delta, inserted: &Inserted, flips: bool) {
 
 /// Operations that the budget is debited for at a time.
 const CHUNK: u32 = 1024;
-/// Units of work for an operation, and for a vertex in a precision pass.
-const WORK_AN_OPERATION: u64 = 16;
-const WORK_A_STEP: u64 = 2;
 /// What going down takes for a vertex: two further positions; its component, and its place in the queue by which that is found.
 const BYTES_TO_GO_DOWN: usize = 2 * 12 + 2 * 4;
 /// What a level takes in the contents: its entry, and where its atoms and its keyframe are.

@@ -10,6 +10,7 @@ use crate::codec::residue::ResidueCounts;
 use crate::codec::walk::Tour;
 use crate::codec::whole::{Extra, Whole, WholeError};
 use crate::error::{Error, Result};
+use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::topology::{Manifold, Remainder};
 use crate::mesh::{IndexedMesh, Lattice, Vertex};
 use crate::refine::ProgressiveMesh;
@@ -27,6 +28,8 @@ pub struct Payloads {
     pub copies: usize,
     /// The order.
     pub order: Vec<u8>,
+    /// Units of work that it takes to have read up to each of the three.
+    pub work: [u64; 3],
 }
 
 /// What is kept of the input until level 0 is there.
@@ -71,12 +74,18 @@ impl<'a> Finish<'a> {
         let names = Names::new(&self.remainder, &self.flipped, mesh, &tour, lattice);
         let mut payloads = Payloads { counts: names.residue.counts(), ..Payloads::default() };
         let cannot = |e: WholeError| Error::Parameter(e.to_string());
+        let mut budget = Budget::unlimited();
+        // A walk of level 0, and then the whole that is made of it.
+        let pass = WORK_A_SLOT * mesh.table.triangle_count() as u64;
+        budget.take_work(pass)?;
         if !names.residue.is_empty() {
-            payloads.residue = names.residue.encode(mesh, &tour).map_err(cannot)?;
+            payloads.residue = names.residue.encode(mesh, &tour, &mut budget).map_err(cannot)?;
+            payloads.work[0] = budget.work();
         }
         if self.exact.is_none() && !self.keep_order {
             return Ok(payloads);
         }
+        budget.take_work(pass)?;
         let mut whole = Whole::new(mesh, &names.residue, &tour);
         let mut vertices = names.vertices(&self.remainder, &whole);
         let origins = if self.has_copies || self.keep_order {
@@ -90,15 +99,18 @@ impl<'a> Finish<'a> {
             if self.has_copies {
                 self.copy(&mut correction, &mut vertices, &origins);
             }
-            payloads.correction = correction.encode(&whole, lattice).map_err(cannot)?;
+            payloads.correction = correction.encode(&whole, lattice, &mut budget).map_err(cannot)?;
+            payloads.work[1] = budget.work();
             correction.rename(&mut whole.triangles);
             payloads.copies = correction.copies.len();
             count += payloads.copies;
         }
         if self.keep_order {
             let order = Order { vertices, triangles: self.input.triangles.clone() };
-            let payload = order.encode(mesh, &names.residue, &tour.walk, &whole, count, &origins);
-            payloads.order = payload.map_err(cannot)?;
+            let coded = order.encode(mesh, &names.residue, &tour.walk, &whole, count, &origins);
+            let (payload, work) = coded.map_err(cannot)?;
+            payloads.order = payload;
+            payloads.work[2] = budget.work() + work;
         }
         Ok(payloads)
     }

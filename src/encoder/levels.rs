@@ -1,6 +1,7 @@
 //! From the history to payloads: the replay coarse to fine, with every level's refinements and keyframe.
 
 use super::schedule::Schedule;
+use super::work::Work;
 use super::{Options, Report};
 use crate::codec::answers::LevelAnswers;
 use crate::codec::keyframe::{self, Written};
@@ -10,6 +11,7 @@ use crate::codec::walk::Walk;
 use crate::container::{AtomKind, FileBuilder};
 use crate::entropy::RangeEncoder;
 use crate::error::Result;
+use crate::limits::{WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION};
 use crate::refine::{ProgressiveMesh, from_cell};
 use crate::simplify::Simplified;
 
@@ -107,6 +109,31 @@ impl<'a> Levels<'a> {
     /// Vertices and triangles of each level, by number.
     pub fn counts(&self) -> &[(u32, u32)] {
         &self.counts
+    }
+
+    /// What reading all this takes.
+    ///
+    /// # Errors
+    /// [`Error::Limit`](crate::Error::Limit) where decoders would refuse it for its work.
+    pub fn work(&self) -> Result<Work> {
+        let mut work = Work::default();
+        let mut pieces = &self.pieces[..];
+        for (k, (_, written)) in self.keyframes.iter().enumerate() {
+            work.enter(written)?;
+            let next = self.keyframes.get(k + 1).map_or(0, |&(level, _)| level);
+            let (here, rest) = pieces.split_at(pieces.partition_point(|piece| piece.level >= next));
+            for pass in here.chunk_by(|a, b| (a.kind, a.level) == (b.kind, b.level)) {
+                let mut walk = WORK_A_SLOT * u64::from(self.counts[pass[0].level as usize + 1].1);
+                for piece in pass {
+                    let each =
+                        if piece.kind == AtomKind::Precision { WORK_A_STEP } else { WORK_AN_OPERATION };
+                    work.read(piece.bytes.len(), walk + each * u64::from(piece.items))?;
+                    walk = 0;
+                }
+            }
+            pieces = rest;
+        }
+        Ok(work)
     }
 
     /// Hands all payloads over, and tells the report what they took.

@@ -118,6 +118,8 @@ pub struct Report {
     pub keyframes: Vec<KeyframeBits>,
     /// Header, table of contents, metadata, and what atoms lose at their ends.
     pub other_bits: f64,
+    /// Units of work that decoding takes, from the base on (spec §3.6).
+    pub work: u64,
     /// Time taken.
     pub seconds: Seconds,
     /// How simplification spent its time.

@@ -17,6 +17,11 @@ pub struct SymbolModel {
 }
 
 const FINE: u32 = 12;
+// `symbol & (SYMBOLS - 1)` is the symbol itself, since all are below SYMBOLS: those of a writer as `interval` asserts, those of a reader since
+// `find` never counts the last sum, which is WHOLE. The mask spares a check where the compiler cannot know that.
+const _: () = assert!(SYMBOLS.is_power_of_two());
+// No sum, floor or target overflows, nor a value below 2^SCALE in their units.
+const _: () = assert!(SCALE + FINE < i32::BITS - 1);
 /// All frequencies but for the floors.
 const WHOLE: i32 = ((1 << SCALE) - SYMBOLS as i32) << FINE;
 
@@ -44,6 +49,7 @@ impl SymbolModel {
     /// The frequencies of all symbols below `symbol`, and its own.
     #[inline]
     pub(super) fn interval(&self, symbol: usize) -> (u32, u32) {
+        debug_assert!(symbol < SYMBOLS);
         let symbol = symbol & (SYMBOLS - 1);
         let end = (self.sums[symbol] >> FINE) as u32 + symbol as u32 + 1;
         let start = if symbol == 0 { 0 } else { (self.sums[symbol - 1] >> FINE) as u32 + symbol as u32 };

@@ -110,7 +110,8 @@ pub fn fuzz_residue(data: &[u8]) {
     let flips = choices.bytes(4);
     residue.flipped =
         (0..mesh.table.triangle_count()).map(|k| flips.get(k % 8).is_some_and(|x| x & 1 == 1)).collect();
-    let mut payload = residue.encode(&mesh, &Tour::new(&mesh)).expect("flags can be written");
+    let mut payload =
+        residue.encode(&mesh, &Tour::new(&mesh), &mut Budget::unlimited()).expect("flags can be written");
     payload.extend(choices.0);
     read_residue(&payload, &mesh, &lattice);
 }
@@ -122,7 +123,7 @@ fn read_residue(payload: &[u8], mesh: &ProgressiveMesh, lattice: &Lattice) {
     check_indices(&assembled);
     assert!(assembled.positions.iter().flatten().all(|x| x.is_finite()));
     assert!(assembled.positions.len() <= mesh.positions.len() + residue.extras.len());
-    let again = residue.encode(mesh, &tour).expect("what was read can be written");
+    let again = residue.encode(mesh, &tour, &mut Budget::unlimited()).expect("what was read can be written");
     let copy = Residue::decode(&again, mesh, &tour, &mut budget()).expect("what was written can be read");
     assert_eq!(Whole::new(mesh, &copy, &tour).on_lattice(lattice), assembled);
 }
@@ -138,7 +139,9 @@ pub fn fuzz_exact(data: &[u8]) {
     let n = choices.below(64);
     let mut assembled = whole.clone().on_lattice(&lattice);
     if let Ok(correction) = Correction::decode(choices.bytes(n), &whole, &lattice, &mut budget()) {
-        let again = correction.encode(&whole, &lattice).expect("what was read can be written");
+        let again = correction
+            .encode(&whole, &lattice, &mut Budget::unlimited())
+            .expect("what was read can be written");
         let copy = Correction::decode(&again, &whole, &lattice, &mut budget())
             .expect("what was written can be read");
         correction.apply(&mut assembled);

@@ -14,7 +14,6 @@ use axum::routing::get;
 use bytes::Bytes;
 use futures_util::stream::{self, StreamExt};
 use headers::{HeaderMapExt, LastModified};
-use serde::Serialize;
 use serde_json::{Value, json};
 use subtle::ConstantTimeEq;
 
@@ -23,7 +22,6 @@ use super::decide::{self, Condition, Query, Refusal, Slice, Target, Wanted};
 use super::library::{Library, Unreadable};
 use super::metrics::{self, Metrics};
 use super::packing::{Coding, compressed};
-use super::tables::Table;
 use super::{MEDIA_TYPE, Options, access, page};
 use crate::store::{Fault, Object, Store};
 
@@ -158,38 +156,31 @@ async fn list(State(app): State<Arc<App>>, request: Request) -> Result<Response,
     let (names, more) = app.store.names(query.names_after.as_deref().unwrap_or(""), limit).await?;
     let next = names.last().filter(|_| more).cloned();
     // One that cannot be read is told beside the others; one that has gone since its name was read is not.
-    let entry = async |name: String| match table(&app, &name).await {
-        Ok(table) => Some(Entry::Table(table)),
+    let entry = async |name: String| match levels(&app, &name).await {
+        Ok(levels) => Some(levels),
         Err(Unreadable::Store(Fault::Absent)) => None,
-        Err(unreadable) => Some(Entry::Unreadable { name, error: told(unreadable).detail }),
+        Err(unreadable) => {
+            let error = told(unreadable).detail;
+            Some(json!({ "name": name, "error": error }).to_string().into())
+        }
     };
-    let meshes = stream::iter(names).map(entry).buffered(4).filter_map(std::future::ready).collect().await;
+    let meshes: Vec<Bytes> =
+        stream::iter(names).map(entry).buffered(4).filter_map(std::future::ready).collect().await;
     let coding = Coding::asked(request.headers());
     // Of many levels it takes a while.
-    let text = tokio::task::spawn_blocking(move || compressed(text_of(&List { meshes, next }), coding));
+    let text = tokio::task::spawn_blocking(move || {
+        let (meshes, next) = (meshes.join(&b","[..]), json!(next).to_string());
+        let parts = [&b"{\"meshes\":["[..], &meshes, b"],\"next\":", next.as_bytes(), b"}"];
+        compressed(parts.concat(), coding)
+    });
     let text = text.await.map_err(|e| Fault::Unavailable(e.to_string()))?;
     Ok(([(header::CACHE_CONTROL, "no-cache"), (header::CONTENT_TYPE, "application/json")], text)
         .into_response())
 }
 
-/// A page of a list.
-#[derive(Serialize)]
-struct List {
-    meshes: Vec<Entry>,
-    next: Option<String>,
-}
-
-#[derive(Serialize)]
-#[serde(untagged)]
-enum Entry {
-    Table(Table),
-    Unreadable { name: String, error: String },
-}
-
-async fn table(app: &App, name: &str) -> Result<Table, Unreadable> {
+async fn levels(app: &App, name: &str) -> Result<Bytes, Unreadable> {
     let object = app.store.object(name).await?;
-    let contents = app.library.contents(name, &object).await?;
-    Ok(Table::new(name.to_owned(), &object.version, &contents))
+    app.library.levels(name, &object).await
 }
 
 async fn mesh(State(app): State<Arc<App>>, request: Request) -> Result<Response, Answered> {
@@ -244,7 +235,7 @@ async fn answer(
         Target::Refine => decide::refine(&contents, query)?,
         Target::Keyframe(level) => decide::keyframe(&contents, level)?,
         Target::Levels | Target::File => {
-            let text = text_of(&Table::new(name.to_owned(), &object.version, &contents));
+            let text = app.library.levels(name, &object).await?;
             return Ok((headers, [(header::CONTENT_TYPE, "application/json")], text).into_response());
         }
     };
@@ -393,11 +384,6 @@ impl IntoResponse for Answered {
             Self::Changed => problem(Fault::Changed.into()),
         }
     }
-}
-
-/// As JSON; the numbers in it are finite and its keys are text, so that nothing can go wrong.
-fn text_of(value: &impl Serialize) -> Vec<u8> {
-    serde_json::to_vec(value).unwrap_or_default()
 }
 
 /// An error as RFC 9457 has it.

@@ -1,10 +1,12 @@
 //! Tables of contents, read once for each version and kept while there is room.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use bytes::Bytes;
 use lru::LruCache;
 use tokio::sync::Semaphore;
 
+use super::tables::Table;
 use crate::container::{Atom, Contents, Level, Parsed, Parser};
 use crate::error::FormatError;
 use crate::store::{Fault, Object};
@@ -30,9 +32,18 @@ pub struct Library {
 
 #[derive(Debug)]
 struct Known {
-    /// By name: the tag of the version, and its contents.
-    tables: LruCache<String, (String, Arc<Contents>)>,
+    tables: LruCache<String, Kept>,
     bytes: usize,
+}
+
+/// What is kept under a name.
+#[derive(Clone, Debug)]
+struct Kept {
+    /// The tag of the version.
+    tag: String,
+    contents: Arc<Contents>,
+    /// Its levels as JSON; empty until they are wanted.
+    text: Bytes,
 }
 
 impl Library {
@@ -47,40 +58,64 @@ impl Library {
     /// # Errors
     /// [`Unreadable`].
     pub async fn contents(&self, name: &str, object: &Object) -> Result<Arc<Contents>, Unreadable> {
-        if let Some(contents) = self.recall(name, &object.version.tag) {
-            return Ok(contents);
+        self.kept(name, object).await.map(|kept| kept.contents)
+    }
+
+    /// The levels of a version as JSON (spec §12.3).
+    ///
+    /// # Errors
+    /// [`Unreadable`].
+    pub async fn levels(&self, name: &str, object: &Object) -> Result<Bytes, Unreadable> {
+        let mut kept = self.kept(name, object).await?;
+        if kept.text.is_empty() {
+            kept.text = Table::new(name.to_owned(), &object.version, &kept.contents).text().into();
+            self.keep(name, kept.clone());
+        }
+        Ok(kept.text)
+    }
+
+    async fn kept(&self, name: &str, object: &Object) -> Result<Kept, Unreadable> {
+        let tag = &object.version.tag;
+        if let Some(kept) = self.recall(name, tag) {
+            return Ok(kept);
         }
         let _turn = self.reading.acquire().await;
-        if let Some(contents) = self.recall(name, &object.version.tag) {
-            return Ok(contents);
+        if let Some(kept) = self.recall(name, tag) {
+            return Ok(kept);
         }
-        let contents = read(object).await?;
-        self.keep(name, &object.version.tag, &contents);
-        Ok(contents)
+        let kept = Kept { tag: tag.clone(), contents: read(object).await?, text: Bytes::new() };
+        self.keep(name, kept.clone());
+        Ok(kept)
     }
 
-    fn recall(&self, name: &str, tag: &str) -> Option<Arc<Contents>> {
-        let mut known = self.known.lock().unwrap_or_else(PoisonError::into_inner);
-        known.tables.get(name).filter(|(known, _)| known == tag).map(|(_, contents)| contents.clone())
+    fn recall(&self, name: &str, tag: &str) -> Option<Kept> {
+        self.known().tables.get(name).filter(|kept| kept.tag == tag).cloned()
     }
 
-    fn keep(&self, name: &str, tag: &str, contents: &Arc<Contents>) {
-        let mut guard = self.known.lock().unwrap_or_else(PoisonError::into_inner);
+    fn keep(&self, name: &str, kept: Kept) {
+        let mut guard = self.known();
         let known = &mut *guard;
-        known.bytes += size(contents);
-        if let Some((_, (_, old))) = known.tables.push(name.to_owned(), (tag.to_owned(), contents.clone())) {
-            known.bytes -= size(&old);
+        known.bytes += kept.bytes();
+        if let Some((_, old)) = known.tables.push(name.to_owned(), kept) {
+            known.bytes -= old.bytes();
         }
         while known.bytes > MOST_BYTES {
-            let Some((_, (_, old))) = known.tables.pop_lru() else { break };
-            known.bytes -= size(&old);
+            let Some((_, old)) = known.tables.pop_lru() else { break };
+            known.bytes -= old.bytes();
         }
+    }
+
+    fn known(&self) -> MutexGuard<'_, Known> {
+        self.known.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
-/// Memory that a table takes, about.
-fn size(contents: &Contents) -> usize {
-    256 + contents.atoms.len() * size_of::<Atom>() + contents.levels.len() * 2 * size_of::<Level>()
+impl Kept {
+    /// Memory that it takes, about.
+    fn bytes(&self) -> usize {
+        let Contents { atoms, levels, .. } = &*self.contents;
+        256 + atoms.len() * size_of::<Atom>() + levels.len() * 2 * size_of::<Level>() + self.text.len()
+    }
 }
 
 async fn read(object: &Object) -> Result<Arc<Contents>, Unreadable> {
@@ -148,6 +183,9 @@ mod tests {
             let first = library.contents("a.uwm", &object).await.unwrap();
             assert_eq!(*first, whole);
             assert!(Arc::ptr_eq(&first, &library.contents("a.uwm", &object).await.unwrap()), "read once");
+            let text = library.levels("a.uwm", &object).await.unwrap();
+            assert_eq!(text, library.levels("a.uwm", &object).await.unwrap());
+            assert_eq!(text, Table::new("a.uwm".to_owned(), &object.version, &first).text());
             for cut in [0, 8, 16, 50, 100] {
                 memory.put(&path, bytes[..cut].to_vec().into()).await.unwrap();
                 let object = store.object("a.uwm").await.unwrap();
@@ -167,15 +205,20 @@ mod tests {
     fn what_is_kept_is_bounded() {
         let library = Library::new();
         let contents = Arc::new(testing::contents(&testing::small_file()));
-        let each = size(&contents);
+        let kept = |tag: &str| Kept {
+            tag: tag.to_owned(),
+            contents: contents.clone(),
+            text: Bytes::from(vec![b' '; 1000]),
+        };
+        let each = kept("tag").bytes();
         for k in 0..MOST_BYTES / each + 1000 {
-            library.keep(&k.to_string(), "tag", &contents);
+            library.keep(&k.to_string(), kept("tag"));
         }
-        library.keep("0", "tag", &contents);
-        library.keep("0", "other", &contents);
-        let known = library.known.lock().unwrap();
+        library.keep("0", kept("tag"));
+        library.keep("0", kept("other"));
+        let known = library.known();
         assert_eq!(known.bytes, known.tables.len() * each);
         assert!(known.bytes <= MOST_BYTES && known.bytes > MOST_BYTES - each);
-        assert_eq!(known.tables.peek("0").map(|(tag, _)| tag.as_str()), Some("other"));
+        assert_eq!(known.tables.peek("0").map(|kept| kept.tag.as_str()), Some("other"));
     }
 }

@@ -47,6 +47,11 @@ struct Place {
 }
 
 impl Table {
+    /// As JSON; the numbers in it are finite and its keys are text, so that nothing can go wrong.
+    pub fn text(&self) -> Vec<u8> {
+        serde_json::to_vec(self).unwrap_or_default()
+    }
+
     /// The table of contents of the mesh of this name, in this version.
     pub fn new(name: String, version: &Version, contents: &Contents) -> Self {
         let header = &contents.header;

@@ -66,9 +66,9 @@ impl Covering {
         }
     }
 
-    /// The largest squared distance known in a star whose vertices have been taken off: of these and of the edges' paths.
-    pub fn known(&self, star: &[Triangle], vertices: &[Vertex]) -> f32 {
-        vertices.iter().map(|v| self.distances[v.index()]).fold(self.paths.known(star), f32::max)
+    /// The largest squared distance known of a triangle whose vertices have been taken off: of these and of the edges' paths.
+    pub fn known(&self, t: Triangle, vertices: &[Vertex]) -> f32 {
+        vertices.iter().map(|v| self.distances[v.index()]).fold(self.paths.known(t), f32::max)
     }
 
     /// Puts each vertex on one of some neighbouring triangles: the one it is led to across edges that it lies beyond, or the nearest
@@ -174,3 +174,125 @@ const FEW: usize = 3;
 
 /// How much the squared distance may grow without all triangles being asked.
 const FARTHER: f64 = 3.0;
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::Frame;
+    use super::*;
+    use crate::mesh::Lattice;
+
+    fn places(positions: &[[f64; 3]]) -> Places<'_> {
+        // The unit cube: what is measured is in the unit of the positions.
+        let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
+        Places { positions, frame: Frame::new(&lattice) }
+    }
+
+    /// The covering of a level whose triangles are all new, of `gone` vertices.
+    fn covered(
+        positions: &[[f64; 3]],
+        input: &[[u32; 3]],
+        level: &[[u32; 3]],
+        gone: &[u32],
+    ) -> (Covering, CornerTable) {
+        let [input, level] =
+            [input, level].map(|triangles| CornerTable::from_triangles(positions.len(), triangles).unwrap());
+        let places = places(positions);
+        let mut covering = Covering::new(&input, &places);
+        let triangles: Vec<_> = level.triangles().collect();
+        let gone: Vec<_> = gone.iter().map(|&v| Vertex(v)).collect();
+        // Twice: the first time nothing is known of them, and all triangles are asked.
+        for _ in 0..2 {
+            let mut taken = Vec::new();
+            triangles.iter().for_each(|&t| covering.take(t, &mut taken));
+            assert!(taken.is_empty() || taken.len() == gone.len());
+            covering.put(&level, &places, &gone, &triangles);
+        }
+        covering.paths.renew(&level, &triangles, |_, _| 0.0);
+        (covering, level)
+    }
+
+    /// A pyramid of height 0.3 on a unit square, and beside it a flat triangle of area 2; the level is flat. The tip stands for a third of the
+    /// pyramid's sides, all vertices together for the whole area.
+    #[test]
+    fn the_mean_is_weighted_by_area() {
+        let positions = [
+            [0.0, 0.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [1.0, 1.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [0.5, 0.5, 0.3],
+            [5.0, 0.5, 0.0],
+        ];
+        let beside = [1, 5, 2];
+        let input = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4], beside];
+        let (mut covering, level) = covered(&positions, &input, &[[0, 1, 2], [0, 2, 3], beside], &[4]);
+        let LevelError { max, rms } = covering.error(&level, &places(&positions));
+        let sides = 4.0 * 0.5 * 0.5f64.hypot(0.3);
+        let step = 1.0 / 1023.0;
+        let mean = sides / 3.0 * 0.3 * 0.3 / (sides + 2.0) + step * step / 12.0;
+        assert!((rms - mean.sqrt()).abs() < 1e-6, "{rms} instead of {}", mean.sqrt());
+        assert!((max - (0.3 + 0.75f64.sqrt() * step)).abs() < 1e-6, "{max}");
+    }
+
+    /// A strip of a hundred triangles along x, and points over it, few or many: each is led to the triangle below it, from whichever was first.
+    #[test]
+    fn each_vertex_lies_on_the_triangle_below_it() {
+        let corner = |k: u32| [f64::from(k / 2), f64::from(k % 2), 0.0];
+        let strip: Vec<_> = (0..102).map(corner).collect();
+        let triangles: Vec<_> =
+            (0..100).map(|k| if k % 2 == 0 { [k, k + 2, k + 1] } else { [k, k + 1, k + 2] }).collect();
+        for count in [1, 3, 4, 60] {
+            let mut positions = strip.clone();
+            let heights: Vec<f64> = (0..count).map(|k| 0.1 + 0.01 * f64::from(k % 7)).collect();
+            // At a third of every triangle's height, in no order.
+            let below: Vec<_> = (0..count).map(|k| (k * 37 + 5) % 100).collect();
+            for (&t, &height) in below.iter().zip(&heights) {
+                let [a, b, c] = triangles[t as usize].map(|v| positions[v as usize]);
+                let middle = |k: usize| (a[k] + b[k] + c[k]) / 3.0;
+                positions.push([middle(0), middle(1), height]);
+            }
+            let gone: Vec<u32> = (102..102 + count).collect();
+            let (mut covering, level) = covered(&positions, &triangles, &triangles, &gone);
+            for (&v, height) in gone.iter().zip(&heights) {
+                let squared = f64::from(covering.distances[v as usize]);
+                assert!((squared.sqrt() - height).abs() < 1e-6, "{v} of {count}: {}", squared.sqrt());
+            }
+            // What is known of a triangle is what lies on it, which is taken off once.
+            for t in level.triangles() {
+                let mut found = Vec::new();
+                covering.take(t, &mut found);
+                let expected: Vec<_> =
+                    (0..count).filter(|&k| below[k as usize] as usize == t.index()).collect();
+                assert_eq!(found.iter().rev().map(|v| v.0 - 102).collect::<Vec<_>>(), expected, "{t:?}");
+                let highest = expected.iter().map(|&k| heights[k as usize]).fold(0.0, f64::max);
+                assert!((f64::from(covering.known(t, &found)).sqrt() - highest).abs() < 1e-6);
+                covering.take(t, &mut found);
+                assert_eq!(found.len(), expected.len());
+            }
+        }
+    }
+
+    /// Two sheets, one over the other, joined at an end: a point near the lower one is not led to the upper one because the way ends there.
+    #[test]
+    fn a_fold_leads_nobody_astray() {
+        // Along x at height 0, and back at height 1 over it.
+        let positions = [
+            [0.0, 0.0, 0.0],
+            [0.0, 1.0, 0.0],
+            [4.0, 0.0, 0.0],
+            [4.0, 1.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [0.0, 1.0, 1.0],
+            [1.0, 0.4, 0.02],
+            [2.0, 0.4, 0.98],
+            [3.0, 0.4, 0.02],
+            [1.5, 0.6, 0.98],
+        ];
+        let level = [[2, 4, 3], [4, 5, 3], [0, 2, 1], [2, 3, 1]];
+        let (covering, _) = covered(&positions, &level, &level, &[6, 7, 8, 9]);
+        // The upper sheet falls from height 1 at x = 0 to 0 at x = 4: its points are the nearest to what is within reach.
+        for (v, most) in [(6, 0.021), (8, 0.021)] {
+            assert!(covering.distances[v].sqrt() < most, "{v}: {}", covering.distances[v].sqrt());
+        }
+    }
+}

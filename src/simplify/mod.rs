@@ -15,6 +15,7 @@ mod polygon;
 mod quadric;
 mod removal;
 mod seconds;
+mod shadow;
 mod star;
 
 pub use covering::LevelError;

@@ -5,7 +5,8 @@ use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use glam::DVec3;
 
-/// The squared distance of the farthest of some points of a level's triangle from the input; `known` are vertices of the input near by.
+/// The squared distance of the farthest of some points of a level's triangle from the input; `known` are vertices of the input near by, of which
+/// a few are asked.
 /// Points lie on the triangle's edges and inside; where they are nearly as far off as `most` (squared), there are more of them.
 pub fn farthest_of_triangle(
     input: &CornerTable,
@@ -18,12 +19,14 @@ pub fn farthest_of_triangle(
     let at = |u: f64, v: f64| a + (b - a) * u + (c - a) * v;
     let mut last = input.corner_of(corners[0]).triangle();
     let enough = CLOSE * f64::from(most);
+    let step = known.len().div_ceil(ASKED).max(1);
     let mut measure = |u: f64, v: f64| {
         let p = at(u, v);
         let mut found = descend(input, places, p, last, enough);
         if found.0 > enough {
             let apart = |v: &Vertex| places.at(*v).distance_squared(p);
-            let near = corners.iter().chain(known).min_by(|v, w| apart(v).total_cmp(&apart(w)));
+            let near =
+                corners.iter().chain(known.iter().step_by(step)).min_by(|v, w| apart(v).total_cmp(&apart(w)));
             let start = near.map_or(last, |&v| input.corner_of(v).triangle());
             let other = descend(input, places, p, start, enough);
             found = if other.0 < found.0 { other } else { found };
@@ -113,6 +116,8 @@ const GRID: u32 = 6;
 const CLIMBS: u32 = 4;
 /// Share of the largest squared distance from which on it is worth it.
 const CLOSE: f64 = 0.5;
+/// Vertices near by from which the nearest triangle is looked for, at most: the way there is short from any of them.
+const ASKED: usize = 64;
 /// Triangles looked at round a corner, each way.
 const FAN: u32 = 32;
 /// Triangles on the way to the nearest.

@@ -37,14 +37,18 @@ impl Paths {
         Self { farthest, outline: vec![0.0; input.vertex_slots()], input: input.clone(), met: Vec::new() }
     }
 
-    /// The largest squared distance of the edges of some triangles, or a bound of it. They are those of a star, which may be gone.
-    pub fn known(&self, star: &[Triangle]) -> f32 {
-        let corners = star.iter().flat_map(|t| t.corners());
-        corners.map(|c| self.farthest[c.index()].abs()).fold(0.0, f32::max)
+    /// The largest squared distance of the edges of a triangle, or a bound of it. It is one of a star, which may be gone.
+    pub fn known(&self, t: Triangle) -> f32 {
+        t.corners().into_iter().map(|c| self.farthest[c.index()].abs()).fold(0.0, f32::max)
     }
 
-    /// Some triangles are new, and so are the edges between them, whose squared distance is at most `bound`.
-    pub fn renew(&mut self, table: &CornerTable, triangles: &[Triangle], bound: f32) {
+    /// Some triangles are new, and so are the edges between them, whose squared distance is at most `bound` by their ends.
+    pub fn renew(
+        &mut self,
+        table: &CornerTable,
+        triangles: &[Triangle],
+        mut bound: impl FnMut(Vertex, Vertex) -> f32,
+    ) {
         for c in triangles.iter().flat_map(|t| t.corners()) {
             self.farthest[c.index()] = f32::NAN;
         }
@@ -53,7 +57,8 @@ impl Paths {
             let beyond = table.opposite(c);
             if beyond.is_some() {
                 let known = self.farthest[beyond.index()];
-                self.farthest[c.index()] = if known.is_nan() { -bound } else { known };
+                let (a, b) = table.edge(c);
+                self.farthest[c.index()] = if known.is_nan() { -bound(a, b) } else { known };
             }
         }
     }
@@ -78,16 +83,18 @@ impl Paths {
         }
         // The farther some edges are known to be, the fewer others have to be followed.
         most = self.closely(table, places, far, most);
-        let mut far = Vec::new();
+        let (mut far, mut told) = (Vec::new(), 0.0f32);
         for (bound, c) in unknown {
-            if bound > most {
+            if bound > most * NEARLY {
                 let squared = self.follow(table, places, c);
                 if squared > most {
                     far.push((squared, c));
                 }
+            } else {
+                told = told.max(bound);
             }
         }
-        self.closely(table, places, far, most)
+        self.closely(table, places, far, most).max(told)
     }
 
     /// The largest squared distance, at least `most`, given those of paths, which may be too large.
@@ -269,7 +276,7 @@ mod tests {
         let places = Places { positions, frame: Frame::new(&lattice) };
         let mut paths = Paths::new(&input);
         let triangles: Vec<_> = level.triangles().collect();
-        paths.renew(&level, &triangles, bound * bound);
+        paths.renew(&level, &triangles, |_, _| bound * bound);
         let farthest = paths.farthest(&level, &places, 0.0).sqrt();
         (farthest, paths.outline().iter().map(|squared| squared.sqrt()).collect())
     }

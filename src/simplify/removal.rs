@@ -7,6 +7,7 @@ use super::parity::Classes;
 use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
 use super::seconds::Stopwatch;
+use super::shadow::Shadow;
 use super::star::Star;
 use crate::mesh::prefetch::prefetch;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
@@ -339,16 +340,20 @@ impl<'a> Remover<'a> {
         self.quadrics[plan.heir.index()] += quadric;
         self.watch.removed();
         covered.push(v);
-        for &t in &star {
+        let mut known = [0.0; MAX_SIDES];
+        for (&t, known) in star.iter().zip(&mut known) {
+            let before = covered.len();
             self.covering.take(t, &mut covered);
+            *known = self.covering.known(t, &covered[before..]);
         }
-        let known = f64::from(self.covering.known(&star, &covered));
-        let bound = (known.sqrt() + plan.star.thickness()).powi(2) as f32;
+        let known = &known[..star.len()];
         star.retain(|t| t.index() < self.table.slots() && self.table.is_live(*t));
         if star.is_empty() {
             star.push(inner.triangle());
         }
         self.covering.put(&self.table, &self.places, &covered, &star);
+        let mut shadow = None;
+        let bound = |a, b| shadow.get_or_insert_with(|| Shadow::new(&plan.star)).bound(a, b, known);
         self.covering.paths.renew(&self.table, &star, bound);
         star.clear();
         covered.clear();

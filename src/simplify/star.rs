@@ -79,18 +79,10 @@ impl Star {
         p.as_dvec3() * self.mean_edge
     }
 
-    /// The thickness of the slab square to the mean normal that holds the star, in the unit of the mesh: no two of its triangulations are
-    /// farther apart. Infinite where it is folded, as seen along the normal.
-    pub fn thickness(&self) -> f64 {
-        let normals = &self.normals[..self.sides - usize::from(self.boundary)];
-        let mean = normals.iter().sum::<Vec3>().normalize_or_zero();
-        if normals.iter().any(|n| n.dot(mean) <= 0.0) {
-            return f64::INFINITY;
-        }
-        let heights = self.points[..self.sides].iter().map(|p| p.dot(mean));
-        // The vertex itself is at 0.
-        let (low, high) = heights.fold((0.0f32, 0.0f32), |(low, high), x| (low.min(x), high.max(x)));
-        f64::from(high - low) * self.mean_edge
+    /// Unit normals of the triangles.
+    #[inline]
+    pub fn normals(&self) -> &[Vec3] {
+        &self.normals[..self.sides - usize::from(self.boundary)]
     }
 
     /// The best triangulation; `edge(i, j)` is what making an edge costs, infinite where it must not be made. All costs are in mean
@@ -114,7 +106,7 @@ impl Star {
                 j += 4;
             }
         }
-        let normals = &self.normals[..sides - usize::from(self.boundary)];
+        let normals = self.normals();
         let triangles = |i: usize, j: usize, k: usize| {
             let (a, c) = (self.points[i], self.points[j]);
             let ac = c - a;

@@ -38,11 +38,7 @@ struct Stamp {
 /// # Errors
 /// [`Fault`]; [`Fault::Absent`] also for what is no file.
 pub async fn object(file: File, path: &Path, cache: &Arc<Cache>) -> Result<Object, Fault> {
-    let about = file.metadata().map_err(fault_of)?;
-    if !about.is_file() {
-        return Err(Fault::Absent);
-    }
-    let stamp = settled(&file).await?;
+    let (about, stamp) = settled(&file).await?;
     let (tag, bytes) = (stamp.tag(), stamp.bytes);
     let modified = about.modified().map_err(fault_of)?;
     let name = format!("{tag} {}", path.display()).into();
@@ -50,13 +46,17 @@ pub async fn object(file: File, path: &Path, cache: &Arc<Cache>) -> Result<Objec
     Ok(Object { version: Version { tag, bytes, modified }, source: Source::File(Arc::new(open)) })
 }
 
-/// The stamp of a file, once a change from now on would give it another one: clocks of file systems go in steps.
-async fn settled(file: &File) -> Result<Stamp, Fault> {
+/// What there is to tell of a file, once a change from now on would give it another stamp: clocks of file systems go in steps.
+async fn settled(file: &File) -> Result<(Metadata, Stamp), Fault> {
     for _ in 0..LOOKS {
-        let stamp = Stamp::of(&file.metadata().map_err(fault_of)?);
+        let about = file.metadata().map_err(fault_of)?;
+        if !about.is_file() {
+            return Err(Fault::Absent);
+        }
+        let stamp = Stamp::of(&about);
         let age = nanoseconds(SystemTime::now()) - stamp.changed;
         if !(0..STEP.as_nanos() as i128).contains(&age) {
-            return Ok(stamp);
+            return Ok((about, stamp));
         }
         tokio::time::sleep(STEP).await;
     }

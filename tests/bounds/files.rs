@@ -6,6 +6,7 @@ use unweld::codec::residue::Residue;
 use unweld::codec::walk::Tour;
 use unweld::container::{AtomKind, FileBuilder, Level};
 use unweld::entropy::RangeEncoder;
+use unweld::limits::Budget;
 use unweld::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Vertex};
 use unweld::refine::{ProgressiveMesh, Roots};
 
@@ -28,7 +29,11 @@ pub fn mesh(mesh: &IndexedMesh) -> ProgressiveMesh {
 pub fn with_residue(base: &ProgressiveMesh, residue: &Residue) -> Vec<u8> {
     let mut file = builder(&[counts(base)]);
     file.payload(AtomKind::Base, 0, &keyframe::encode(base, 0).payload);
-    file.payload(AtomKind::Residue, 0, &residue.encode(base, &Tour::new(base)).unwrap());
+    file.payload(
+        AtomKind::Residue,
+        0,
+        &residue.encode(base, &Tour::new(base), &mut Budget::unlimited()).unwrap(),
+    );
     written(file)
 }
 

@@ -6,8 +6,9 @@ use unweld::codec::grid::Real;
 use unweld::codec::residue::Residue;
 use unweld::container::{Contents, parse_contents};
 use unweld::decoder::{self, decode};
-use unweld::encoder::{Encoder, Options, Profile};
+use unweld::encoder::{Encoder, Keyframes, Options, Preview, Profile};
 use unweld::limits::{WORK_A_BYTE, max_walked};
+use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::simplify::Method;
 
@@ -50,14 +51,97 @@ fn levels_count() {
     assert_eq!(work_of(&file), 9 * 2 + 4 + 4 * above + 16 * operations);
 }
 
+/// A file, and the work that its encoder says it takes.
+fn encoded(mesh: &IndexedMesh, options: Options) -> (Vec<u8>, u64) {
+    let mut file = Vec::new();
+    let report = Encoder::new(options).encode(mesh, &mut file).unwrap();
+    (file, report.work)
+}
+
+/// The encoder knows what a decoder will count: of every kind of payload.
+#[test]
+fn the_encoder_tells_the_same() {
+    let _turn = alone();
+    // Triangles turned round, groups of cut vertices, further vertices and triangles, and vertices that are there several times.
+    let mut odd = shapes::bumpy_sphere(3, 1);
+    for t in odd.triangles.iter_mut().step_by(3) {
+        t.swap(0, 1);
+    }
+    let n = odd.positions.len() as u32;
+    odd.positions.extend([
+        [2.0, 0.0, 0.0],
+        [2.0, 1.0, 0.0],
+        [1e9, 0.0, 0.0],
+        odd.positions[7],
+        odd.positions[9],
+    ]);
+    odd.triangles.extend([[0, 1, n], [0, 1, n + 1], [5, n, n + 1], [n + 3, n + 4, 20], [3, 3, 4]]);
+    for mesh in [odd, shapes::grid(20, 30), shapes::torus(12, 40)] {
+        for preview in [Preview::Off, Preview::Schedule(vec![1, 2, 6])] {
+            for keyframes in [Keyframes::None, Keyframes::Every(2)] {
+                for (exact, keep_order) in
+                    [(None, false), (Some(Real::Binary64), false), (None, true), (Some(Real::Binary64), true)]
+                {
+                    let mut options = Options { exact, keep_order, atom_bytes: 100, ..Options::default() };
+                    (options.preview, options.keyframes) = (preview.clone(), keyframes.clone());
+                    options.simplify.base_vertices = Some(20);
+                    let (file, told) = encoded(&mesh, options.clone());
+                    assert_eq!(work_of(&file), told, "{options:?}");
+                }
+            }
+        }
+    }
+}
+
+/// Of a correction: each triangle of the whole, and each vertex, by 1,024; copies and corners at them likewise. Of an order: each triangle and
+/// vertex, and each vertex beyond the whole's, likewise.
+#[test]
+fn corrections_and_orders_count() {
+    let _turn = alone();
+    let mut options = Options::default();
+    options.simplify.base_vertices = Some(usize::MAX);
+    let beyond = |mesh: &IndexedMesh, exact: Option<Real>, keep_order: bool, weld: Weld| {
+        let plain = Options { weld, ..options.clone() };
+        let file = |options| {
+            let mut draft = Vec::new();
+            Encoder::new(options).encode(mesh, &mut draft).unwrap();
+            let contents = parse_contents(&draft).unwrap().unwrap();
+            let metadata = contents.bytes(contents.metadata());
+            work_of(&draft) - (metadata.end - metadata.start)
+        };
+        file(Options { exact, keep_order, ..plain.clone() }) - file(plain)
+    };
+    let mesh = shapes::grid(40, 50);
+    let [v, t] = [mesh.positions.len() as u64, mesh.triangles.len() as u64];
+    assert_eq!((v, t), (2091, 4000));
+    let item = 16 * 1024;
+    // Walk and whole come first.
+    let both = 2 * 4 * t;
+    assert_eq!(beyond(&mesh, Some(Real::Binary64), false, Weld::Exact), both + t + 3 * item);
+    assert_eq!(beyond(&mesh, None, true, Weld::Exact), both + 64 * (v + t));
+    // A seam of equal vertices, then of nearly equal ones, each at one corner.
+    let mut twice = mesh.clone();
+    for k in 0..1100 {
+        twice.triangles[3 * k][0] = twice.positions.len() as u32;
+        twice.positions.push(mesh.positions[mesh.triangles[3 * k][0] as usize]);
+    }
+    assert_eq!(beyond(&twice, None, true, Weld::Exact), both + 64 * (v + t) + 2 * item);
+    for p in &mut twice.positions[v as usize..] {
+        p[2] += 1e-9;
+    }
+    let near = Weld::Within(1e-6);
+    assert_eq!(beyond(&twice, Some(Real::Binary64), false, near), both + t + (3 + 2 + 2) * item);
+}
+
 fn walked(contents: &Contents) -> u64 {
     contents.levels[1..].iter().map(|level| u64::from(level.triangles)).sum()
 }
 
 /// What the encoder writes needs none of the work that every file is granted, and a quarter of the levels.
 fn is_far_inside(mesh: &IndexedMesh, options: Options) {
-    let file = Encoder::new(options.clone()).encode_to_vec(mesh).unwrap();
+    let (file, told) = encoded(mesh, options.clone());
     let work = work_of(&file);
+    assert_eq!(work, told);
     let contents = parse_contents(&file).unwrap().unwrap();
     assert!(
         work <= WORK_A_BYTE / 4 * file.len() as u64,
@@ -94,7 +178,8 @@ proptest! {
         options.simplify.level_share = share;
         options.simplify.base_vertices = Some(8);
         for mesh in [shapes::torus(n, m), shapes::grid(n, m)] {
-            let file = Encoder::new(options.clone()).encode_to_vec(&mesh).unwrap();
+            let (file, told) = encoded(&mesh, options.clone());
+            prop_assert_eq!(work_of(&file), told);
             prop_assert!(work_of(&file) <= WORK_A_BYTE * file.len() as u64);
         }
     }

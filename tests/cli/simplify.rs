@@ -15,7 +15,8 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
         folder.mesh("m.ply", &mesh);
         for faces in [100, 401, 900] {
             for method in ["stellar", "ffc"] {
-                let command = format!("simplify m.ply -o out.ply --faces {faces} --method {method} --json");
+                let command =
+                    format!("simplify m.ply -o out.ply --triangles {faces} --method {method} --json");
                 let json = folder.run(&command).json();
                 let out = folder.read("out.ply");
                 assert_eq!(json["triangles"], out.triangles.len());

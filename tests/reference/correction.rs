@@ -14,12 +14,18 @@ pub fn correct(file: &File, whole: &mut Whole, origins: &Origins) -> Result<()> 
         return Ok(());
     }
     let mut code = Code::start(&payload);
+    read_correction(&mut code, file, whole, origins)?;
+    code.end()
+}
+
+/// §10, up to the end of the code.
+pub fn read_correction(code: &mut Code, file: &File, whole: &mut Whole, origins: &Origins) -> Result<()> {
     let of = Type { w: if code.even()? { 64 } else { 32 } };
     let mut axes = Vec::new();
     for _ in 0..3 {
         axes.push(Axis {
             of,
-            grids: read_grids(&mut code, of)?,
+            grids: read_grids(code, of)?,
             again: [Model::FRESH; 4],
             on: [Model::FRESH; 4],
             off: Number::FRESH,
@@ -38,11 +44,10 @@ pub fn correct(file: &File, whole: &mut Whole, origins: &Origins) -> Result<()> 
         };
         let p = file.position(*q);
         for i in 0..3 {
-            position[i] = axes[i].coordinate(&mut code, q[i], p[i], half)?;
+            position[i] = axes[i].coordinate(code, q[i], p[i], half)?;
         }
     }
-    read_copies(&mut code, whole, &places, &mut axes, half)?;
-    code.end()
+    read_copies(code, whole, &places, &mut axes, half)
 }
 
 struct Axis {

@@ -8,6 +8,7 @@ use unweld::codec::residue::Residue;
 use unweld::codec::walk::Tour;
 use unweld::codec::whole::Whole;
 use unweld::decoder::{self, decode};
+use unweld::limits::Budget;
 
 use super::agree::agree;
 use super::by_hand;
@@ -256,7 +257,7 @@ fn the_square_exactly_and_in_order() {
     ];
     let told =
         Correction { real: Real::Binary64, grids, positions: positions.to_vec(), ..Default::default() };
-    assert_eq!(told.encode(&whole, &lattice).unwrap(), correction);
+    assert_eq!(told.encode(&whole, &lattice, &mut Budget::unlimited()).unwrap(), correction);
     let corrected = agree(&file(vec![atom(CORRECTION, 0, 0, 0, &correction)])).unwrap().whole;
     assert_eq!(bits(&corrected.positions), bits(&positions));
     assert_eq!(corrected.triangles, triangles);
@@ -271,7 +272,7 @@ fn the_square_exactly_and_in_order() {
         0x94, 0x1A, 0xB9, 0x2D, 0x99, 0xCC, 0x4B, 0xED, 0x5D, 0x4E, 0x18, 0x9E, 0xA2, 0xFB, 0x2F, 0x1C, 0x5B,
         0x65, 0xC9, 0xD8, 0x40,
     ];
-    assert_eq!(with_copies.encode(&whole, &lattice).unwrap(), payload);
+    assert_eq!(with_copies.encode(&whole, &lattice, &mut Budget::unlimited()).unwrap(), payload);
     let copied = agree(&file(vec![atom(CORRECTION, 0, 0, 0, &payload)])).unwrap().whole;
     let all = [&positions[..], &[[0.0, 0.0, -0.0], [2.551, 2.55, 0.0]]].concat();
     assert_eq!(bits(&copied.positions), bits(&all));
@@ -279,7 +280,9 @@ fn the_square_exactly_and_in_order() {
 
     // D, A, B, C and A once more; the second triangle first, with the other A.
     let told = Order { vertices: vec![3, 0, 1, 2, 0], triangles: vec![[4, 3, 0], [1, 2, 3]] };
-    assert_eq!(told.encode(mesh, &residue, &tour.walk, &whole, 4, &[(1, 1), (0, 1)]).unwrap(), order);
+    let (payload, work) = told.encode(mesh, &residue, &tour.walk, &whole, 4, &[(1, 1), (0, 1)]).unwrap();
+    // Two triangles, four vertices, and the second A, by 1,024.
+    assert_eq!((&payload[..], work), (&order[..], 64 * 6 + 16 * 1024));
     let both = vec![atom(CORRECTION, 0, 0, 0, &correction), atom(ORDER, 0, 0, 0, &order)];
     let ordered = agree(&file(both)).unwrap().whole;
     assert_eq!(bits(&ordered.positions), bits(&[3, 0, 1, 2, 0].map(|v| positions[v])));

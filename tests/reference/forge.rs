@@ -81,7 +81,7 @@ pub fn number(value: u64) -> Vec<u64> {
     std::iter::repeat_n(1, length).chain([0]).chain(below).collect()
 }
 
-fn scripted(answers: &[u64]) -> RefCell<Tap> {
+pub fn scripted(answers: &[u64]) -> RefCell<Tap> {
     RefCell::new(Tap { script: Some(VecDeque::from(answers.to_vec())), ..Tap::default() })
 }
 

@@ -30,6 +30,7 @@ mod examples;
 mod extent;
 mod forge;
 mod forged;
+mod forged_beyond;
 mod golden;
 mod hostile;
 mod on_shapes;

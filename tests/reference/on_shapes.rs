@@ -72,7 +72,7 @@ fn with_keyframes() -> Options {
 }
 
 /// Cones of so many triangles round a tip, apart from each other.
-fn cones(counts: &[u32]) -> IndexedMesh {
+pub fn cones(counts: &[u32]) -> IndexedMesh {
     let mut mesh = IndexedMesh::default();
     for (place, &n) in counts.iter().enumerate() {
         let (x, tip) = (3.0 * place as f64, mesh.positions.len() as u32);
@@ -91,6 +91,21 @@ fn high_valences() {
         comes_back(&cones(counts), &Options { lock_boundary: true, ..with_keyframes() });
         comes_back(&cones(counts), &with_keyframes());
     }
+}
+
+/// A tip that the input has seven times, used at its corners in no order.
+#[test]
+fn a_vertex_of_seven_instances() {
+    let mut mesh = cones(&[40]);
+    let copies: Vec<u32> = (0..6).map(|k| mesh.positions.len() as u32 + k).collect();
+    mesh.positions.extend([mesh.positions[0]; 6]);
+    for (k, t) in mesh.triangles.iter_mut().enumerate() {
+        // Often the one before, else any.
+        t[0] = [0, copies[k * k % 6], copies[k / 2 % 6], copies[k * 7 / 3 % 6]][k % 4];
+    }
+    let options = Options { exact: Some(Real::Binary64), keep_order: true, ..with_keyframes() };
+    let bytes = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+    same_bits(&mesh, &agree(&bytes).expect("the encoder writes what can be read").whole, true);
 }
 
 /// Three bow-ties in one place, which a reader must tell apart.

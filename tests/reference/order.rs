@@ -14,10 +14,16 @@ pub fn put_in_order(file: &File, mesh: &Mesh, whole: Whole, origins: &Origins) -
         return Ok(whole);
     }
     let mut code = Code::start(&payload);
-    let triangles = read_triangles(&mut code, &Surface::of(mesh, origins), &whole)?;
-    let (corners, instances) = read_instances(&mut code, &triangles, whole.positions.len())?;
-    let order = read_vertices(&mut code, &corners, instances.len())?;
+    let whole = read_order(&mut code, mesh, &whole, origins)?;
     code.end()?;
+    Ok(whole)
+}
+
+/// §11, up to the end of the code.
+pub fn read_order(code: &mut Code, mesh: &Mesh, whole: &Whole, origins: &Origins) -> Result<Whole> {
+    let triangles = read_triangles(code, &Surface::of(mesh, origins), whole)?;
+    let (corners, instances) = read_instances(code, &triangles, whole.positions.len())?;
+    let order = read_vertices(code, &corners, instances.len())?;
     let number: BTreeMap<usize, usize> =
         order.iter().enumerate().map(|(k, &instance)| (instance, k)).collect();
     Ok(Whole {

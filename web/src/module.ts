@@ -5,14 +5,14 @@ import type { Settings, Until } from "./types.js";
 
 interface Exports {
   memory: WebAssembly.Memory;
-  unweld_new(flags: number, want: number, value: number): void;
+  unweld_new(settings: number, want: number, value: number): void;
   unweld_want(want: number, value: number): void;
   unweld_room(length: number): number;
   unweld_push(length: number): void;
   unweld_poll(): number;
   unweld_finish(): number;
   unweld_waiting(): number;
-  unweld_fields(): number;
+  unweld_terms(): number;
   unweld_take(): number;
   unweld_report(): number;
   unweld_coarsen(): number;
@@ -52,22 +52,28 @@ export function compile(url: string | URL | undefined): Promise<WebAssembly.Modu
   return module;
 }
 
+/** What numbers mean to the module, as it tells it: names by number, or by bit, and name and kind of each field of `Changes`. */
+interface Terms {
+  settings: ("relative" | "levels" | "jumps")[];
+  wants: string[];
+  outcomes: string[];
+  fields: [name: string, kind: keyof typeof READ][];
+}
+
 /** A decoder. Its methods are those of `unweld::wasm::Client`. */
 export class Decoder {
   readonly #exports: Exports;
-  /** Name and kind of each field of `Changes`. */
-  readonly #fields: [name: string, kind: keyof typeof READ][];
+  readonly #terms: Terms;
 
   constructor(module: WebAssembly.Module, settings: Settings) {
     this.#exports = new WebAssembly.Instance(module).exports as unknown as Exports;
-    this.#fields = this.#told(this.#exports.unweld_fields());
-    const [want, value] = wanted(settings.until ?? {});
-    const flags = (settings.relative ? 1 : 0) | (settings.levels ? 2 : 0) | (settings.jumps ? 4 : 0);
-    this.#exports.unweld_new(flags, want, value);
+    this.#terms = this.#told(this.#exports.unweld_terms());
+    const set = this.#terms.settings.reduce((bits, name, k) => bits | (settings[name] ? 1 << k : 0), 0);
+    this.#exports.unweld_new(set, ...this.#wanted(settings.until ?? {}));
   }
 
   want(until: Until): void {
-    this.#exports.unweld_want(...wanted(until));
+    this.#exports.unweld_want(...this.#wanted(until));
   }
 
   push(bytes: Uint8Array): void {
@@ -78,12 +84,12 @@ export class Decoder {
 
   /** `true` where there was an event, `false` where more bytes are needed, `"fault"` where there is a fault to report. */
   poll(): boolean | "fault" {
-    const told = this.#exports.unweld_poll();
-    return told === 2 ? "fault" : told === 1;
+    const outcome = this.#terms.outcomes[this.#exports.unweld_poll()];
+    return outcome === "fault" ? outcome : outcome === "event";
   }
 
   finish(): boolean {
-    return this.#exports.unweld_finish() === 0;
+    return this.#terms.outcomes[this.#exports.unweld_finish()] !== "fault";
   }
 
   /** About how many numbers `take` would return. */
@@ -94,7 +100,7 @@ export class Decoder {
   take(): Changes {
     const at = this.#exports.unweld_take() >>> 0;
     const { buffer } = this.#exports.memory;
-    const fields = this.#fields.map(([name, kind], k) => [name, READ[kind](buffer, at + 8 * k)]);
+    const fields = this.#terms.fields.map(([name, kind], k) => [name, READ[kind](buffer, at + 8 * k)]);
     return Object.fromEntries(fields) as Changes;
   }
 
@@ -110,6 +116,11 @@ export class Decoder {
   /** The level reached, or -1. */
   restore(): number {
     return this.#exports.unweld_restore();
+  }
+
+  #wanted(until: Until): [want: number, value: number] {
+    const [name, value] = wanted(until);
+    return [this.#terms.wants.indexOf(name), value];
   }
 
   /** What is told as JSON: address and length of its text are at `at`. */
@@ -150,8 +161,9 @@ async function load(address: string): Promise<WebAssembly.Module> {
   return streams ? WebAssembly.compileStreaming(response) : WebAssembly.compile(await response.arrayBuffer());
 }
 
-function wanted(until: Until): [want: number, value: number] {
-  if (until.level !== undefined) return [1, until.level];
-  if (until.error !== undefined) return [until.measure === "rms" ? 4 : 2, until.error];
-  return until.triangles !== undefined ? [3, until.triangles] : [0, 0];
+/** What is wanted, in the module's words. */
+function wanted(until: Until): [want: string, value: number] {
+  if (until.level !== undefined) return ["level", until.level];
+  if (until.error !== undefined) return [until.measure ?? "max", until.error];
+  return until.triangles !== undefined ? ["triangles", until.triangles] : ["all", 0];
 }

@@ -15,7 +15,7 @@ struct Instance {
     input: Vec<u8>,
     changes: Changes,
     text: String,
-    /// What [`unweld_take`], [`unweld_fields`] and [`unweld_report`] point to.
+    /// What [`unweld_take`], [`unweld_terms`] and [`unweld_report`] point to.
     table: Vec<u32>,
 }
 
@@ -23,16 +23,18 @@ thread_local! {
     static INSTANCE: RefCell<Instance> = RefCell::new(Instance::new(Settings::default()));
 }
 
-/// Begins anew. `flags`: 1 for positions relative to the lattice's origin, 2 for [`unweld_coarsen`], 4 for jumps. `want`: 0 all, 1 level `value`,
-/// 2 a largest error of at most `value`, 3 at most `value` triangles, 4 a root mean square error of at most `value`.
+/// What may be set, by bit of `settings` in [`unweld_new`]: positions relative to the lattice's origin, [`unweld_coarsen`], jumps.
+const SETTINGS: [&str; 3] = ["relative", "levels", "jumps"];
+/// What may be wanted, by number, each with a value: everything; a level; a largest error, or a root mean square, of at most so much; at most so many triangles.
+const WANTS: [&str; 5] = ["all", "level", "max", "rms", "triangles"];
+/// What [`unweld_poll`] and [`unweld_finish`] return, by number.
+const OUTCOMES: [&str; 3] = ["waits", "event", "fault"];
+
+/// Begins anew, with [`SETTINGS`] by bit and one of [`WANTS`].
 #[unsafe(no_mangle)]
-pub extern "C" fn unweld_new(flags: u32, want: u32, value: f64) {
-    let settings = Settings {
-        want: wanted(want, value),
-        relative: flags & 1 != 0,
-        undo: flags & 2 != 0,
-        jumps: flags & 4 != 0,
-    };
+pub extern "C" fn unweld_new(settings: u32, want: u32, value: f64) {
+    let [relative, undo, jumps] = std::array::from_fn(|bit| settings >> bit & 1 != 0);
+    let settings = Settings { want: wanted(want, value), relative, undo, jumps };
     with(|instance| *instance = Instance::new(settings));
 }
 
@@ -60,19 +62,20 @@ pub extern "C" fn unweld_push(length: u32) {
     });
 }
 
-/// Decodes up to the next event: 0 where more bytes are needed, 1 where there was one, 2 where there is a fault.
+/// Decodes up to the next event: one of [`OUTCOMES`].
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_poll() -> u32 {
     with(|instance| match instance.client.poll() {
-        Ok(event) => u32::from(event),
-        Err(_) => 2,
+        Ok(false) => outcome("waits"),
+        Ok(true) => outcome("event"),
+        Err(_) => outcome("fault"),
     })
 }
 
-/// Says that no more bytes will come: 0 where that is well, 2 where there is a fault.
+/// Says that no more bytes will come: one of [`OUTCOMES`], and no event.
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_finish() -> u32 {
-    with(|instance| if instance.client.finish().is_ok() { 0 } else { 2 })
+    with(|instance| outcome(if instance.client.finish().is_ok() { "waits" } else { "fault" }))
 }
 
 /// About how many numbers have changed.
@@ -81,17 +84,22 @@ pub extern "C" fn unweld_waiting() -> u32 {
     with(|instance| u32::try_from(instance.client.waiting()).unwrap_or(u32::MAX))
 }
 
-/// What [`unweld_take`] tells, as JSON: name and kind of each field of [`Changes`], in order. Told as by [`unweld_report`].
+/// What numbers mean here, as JSON: `settings`, `wants` and `outcomes` by name, and of `fields`, which [`unweld_take`] tells, name and kind of each
+/// of [`Changes`], in order. Told as by [`unweld_report`].
 #[unsafe(no_mangle)]
-pub extern "C" fn unweld_fields() -> u32 {
+pub extern "C" fn unweld_terms() -> u32 {
     with(|instance| {
-        let fields =
-            instance.changes.fields().map(|(name, field)| format!("[\"{name}\",\"{}\"]", field.kind()));
-        instance.tell_text(format!("[{}]", fields.join(",")))
+        let list = |names: &[&str]| format!("[\"{}\"]", names.join("\",\""));
+        let fields = instance.changes.fields().map(|(name, field)| list(&[name, field.kind()]));
+        let (settings, wants, outcomes) = (list(&SETTINGS), list(&WANTS), list(&OUTCOMES));
+        instance.tell_text(format!(
+            "{{\"settings\":{settings},\"wants\":{wants},\"outcomes\":{outcomes},\"fields\":[{}]}}",
+            fields.join(",")
+        ))
     })
 }
 
-/// What has changed: the address of two words for each of [`unweld_fields`]: address and length of an array, or a number, or the bits of one in
+/// What has changed: the address of two words for each of the fields of [`unweld_terms`]: address and length of an array, or a number, or the bits of one in
 /// binary32, and 0.
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_take() -> u32 {
@@ -153,13 +161,18 @@ impl Instance {
 }
 
 fn wanted(want: u32, value: f64) -> Want {
-    match want {
-        1 => Want::Level(value as u32),
-        2 => Want::Error(Measure::Max, value),
-        3 => Want::Triangles(value as u32),
-        4 => Want::Error(Measure::Rms, value),
+    match WANTS.get(want as usize).copied() {
+        Some("level") => Want::Level(value as u32),
+        Some("max") => Want::Error(Measure::Max, value),
+        Some("rms") => Want::Error(Measure::Rms, value),
+        Some("triangles") => Want::Triangles(value as u32),
         _ => Want::All,
     }
+}
+
+/// The number of one of [`OUTCOMES`].
+fn outcome(name: &str) -> u32 {
+    OUTCOMES.iter().position(|known| *known == name).unwrap_or_default() as u32
 }
 
 fn with<T>(act: impl FnOnce(&mut Instance) -> T) -> T {

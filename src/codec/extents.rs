@@ -42,17 +42,24 @@ impl Extents {
     /// Measures a mesh in cells of side 2^`precision`.
     pub fn new(mesh: &ProgressiveMesh, precision: u32) -> Self {
         let mut this = Self { extents: Vec::with_capacity(mesh.positions.capacity()), precision };
+        this.measure(mesh, precision);
+        this
+    }
+
+    /// Measures a mesh anew, in the same memory.
+    pub fn measure(&mut self, mesh: &ProgressiveMesh, precision: u32) {
+        self.precision = precision;
+        self.extents.clear();
         for (v, &position) in (0..).map(Vertex).zip(&mesh.positions) {
-            this.put(v, position);
+            self.put(v, position);
         }
         for c in mesh.table.triangles().flat_map(|t| t.corners()) {
             // NONE is the largest number: every edge is met once.
             if c < mesh.table.opposite(c) {
                 let (a, b) = mesh.table.edge(c);
-                this.appear(a, b, length_squared(this.cell(b) - this.cell(a)));
+                self.appear(a, b, length_squared(self.cell(b) - self.cell(a)));
             }
         }
-        this
     }
 
     /// What is known of a vertex of the mesh.

@@ -2,7 +2,7 @@
 
 use super::fields::Fields;
 use crate::error::FormatError;
-use crate::limits::{MAX_ELEMENTS, MAX_LEVELS, MAX_TABLE_BYTES};
+use crate::limits::{MAX_ELEMENTS, MAX_LEVELS, MAX_LIFTING, MAX_TABLE_BYTES};
 use crate::mesh::lattice::Lattice;
 
 /// What the first bytes of a file tell.
@@ -20,6 +20,9 @@ pub struct Header {
     pub level_count: u32,
     /// The lattice of level 0: finite origin, finite step of at least 0.
     pub lattice: Lattice,
+    /// How far splits move the ends of their edges, in 64ths of the new vertex's height (spec §5.6): at most [`MAX_LIFTING`], and 0, not at
+    /// all, where the lattice has [`Lattice::MAX_BITS`].
+    pub lifting: u8,
     /// The largest coordinates, in lattice units; the smallest are 0.
     pub maximum: [u32; 3],
     /// Bytes of the table of contents, its checksum included.
@@ -92,8 +95,15 @@ impl Header {
         fields.require((Lattice::MIN_BITS..=Lattice::MAX_BITS).contains(&bits), 64, || {
             format!("a lattice of {bits} bits; allowed {} to {}", Lattice::MIN_BITS, Lattice::MAX_BITS)
         })?;
-        let reserved = [fields.u8()?, fields.u8()?, fields.u8()?];
-        fields.require(reserved == [0; 3], 65, || "reserved bytes are not zero".to_owned())?;
+        let lifting = fields.u8()?;
+        fields.require(lifting <= MAX_LIFTING, 65, || {
+            format!("a lifting of {lifting} 64ths; allowed 0 to {MAX_LIFTING}")
+        })?;
+        fields.require(lifting == 0 || bits < Lattice::MAX_BITS, 65, || {
+            format!("a lattice of {bits} bits leaves no room for lifting")
+        })?;
+        let reserved = [fields.u8()?, fields.u8()?];
+        fields.require(reserved == [0; 2], 66, || "reserved bytes are not zero".to_owned())?;
         let maximum = [fields.u32()?, fields.u32()?, fields.u32()?];
         let inside = maximum.iter().all(|&m| m < 1 << bits);
         fields.require(inside, 68, || "the bounding box leaves the lattice".to_owned())?;
@@ -107,6 +117,7 @@ impl Header {
             base_triangles,
             level_count,
             lattice,
+            lifting,
             maximum,
             table_bytes,
         };
@@ -131,7 +142,7 @@ impl Header {
         for x in self.lattice.origin.into_iter().chain([self.lattice.step]) {
             out.extend(x.to_le_bytes());
         }
-        out.extend([u8::try_from(self.lattice.bits).unwrap_or(u8::MAX), 0, 0, 0]);
+        out.extend([u8::try_from(self.lattice.bits).unwrap_or(u8::MAX), self.lifting, 0, 0]);
         for count in self.maximum.into_iter().chain([self.table_bytes]) {
             out.extend(count.to_le_bytes());
         }
@@ -218,7 +229,7 @@ mod tests {
 
     #[test]
     fn each_rule_is_checked() {
-        let rules: [(usize, &[u8], u64, &str, &str); 29] = [
+        let rules: [(usize, &[u8], u64, &str, &str); 32] = [
             (0, b"P", 0, "3.2", "not a .uwm file"),
             (4, b"\n", 0, "3.2", "not a .uwm file any more: it was transferred as text"),
             (8, &[2, 0], 8, "3.2", "written by format version 2; this decoder reads version 1"),
@@ -255,7 +266,10 @@ mod tests {
             (63, &[0xBF], 56, "3.2", "the lattice step is negative"),
             (64, &[7], 64, "3.2", "a lattice of 7 bits; allowed 8 to 24"),
             (64, &[25], 64, "3.2", "a lattice of 25 bits; allowed 8 to 24"),
-            (67, &[1], 65, "3.2", "reserved bytes are not zero"),
+            (65, &[33], 65, "3.2", "a lifting of 33 64ths; allowed 0 to 32"),
+            (64, &[24, 1], 65, "3.2", "a lattice of 24 bits leaves no room for lifting"),
+            (66, &[1], 66, "3.2", "reserved bytes are not zero"),
+            (67, &[1], 66, "3.2", "reserved bytes are not zero"),
             (69, &[1], 68, "3.2", "the bounding box leaves the lattice"),
             (79, &[1], 68, "3.2", "the bounding box leaves the lattice"),
             (62, &[0xE0, 0x7F], 68, "3.2", "the bounding box is not finite"),
@@ -293,6 +307,7 @@ mod tests {
             base_triangles: 0,
             level_count: 1,
             lattice,
+            lifting: 0,
             maximum: [0; 3],
             table_bytes: 40,
         };

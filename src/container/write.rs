@@ -19,6 +19,8 @@ use crate::mesh::lattice::Lattice;
 pub struct FileBuilder {
     /// The lattice of level 0.
     pub lattice: Lattice,
+    /// How far splits move the ends of their edges, in 64ths; see [`Header::lifting`].
+    pub lifting: u8,
     /// The largest coordinates, in lattice units.
     pub maximum: [u32; 3],
     /// The levels, by number; the last is the base.
@@ -37,9 +39,9 @@ pub(super) struct Piece {
 }
 
 impl FileBuilder {
-    /// A file of these levels, without payloads as yet.
+    /// A file of these levels, without payloads and lifting as yet.
     pub fn new(lattice: Lattice, maximum: [u32; 3], levels: Vec<Level>) -> Self {
-        Self { lattice, maximum, levels, pieces: Vec::new() }
+        Self { lattice, lifting: 0, maximum, levels, pieces: Vec::new() }
     }
 
     /// Adds one precision or refinement atom: its operations or vertex steps, and how many triangles they add.
@@ -96,6 +98,7 @@ impl FileBuilder {
             base_triangles: base.triangles,
             level_count: self.levels.len() as u32,
             lattice: self.lattice,
+            lifting: self.lifting,
             maximum: self.maximum,
             table_bytes: u32::try_from(table.len()).unwrap_or(u32::MAX),
         };

@@ -17,7 +17,7 @@ mod removal;
 mod seconds;
 mod star;
 
-pub use covering::LevelError;
+pub use covering::{LevelError, Probe};
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
@@ -104,6 +104,8 @@ pub struct Simplified {
     pub history: History,
     /// For each level, finest first, the base last, its distance from the input.
     pub errors: Vec<LevelError>,
+    /// For each level where it has some of the input's vertices.
+    pub probes: Vec<Vec<Probe>>,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -133,10 +135,11 @@ pub fn simplify(
         let done = (start - vertices) as u64;
         if progress(done, start.saturating_sub(target) as u64) { Ok(()) } else { Err(Error::Cancelled) }
     };
-    let mut errors = Vec::new();
+    let (mut errors, mut probes) = (Vec::new(), Vec::new());
     let mut measure = |remover: &mut Remover| {
         let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
         errors.push(error);
+        probes.push(remover.covering.probes(&remover.table, &remover.places));
         remover.watch.seconds.measure += seconds;
     };
     measure(&mut remover);
@@ -166,7 +169,7 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    Ok(Simplified { base: remover.table, history: remover.history, errors, seconds })
+    Ok(Simplified { base: remover.table, history: remover.history, errors, probes, seconds })
 }
 
 /// Vertices to stop at for a mesh of so many vertices, where [`Options::base_vertices`] is not given.

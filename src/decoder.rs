@@ -74,7 +74,7 @@ pub struct Delta {
     /// With [`Options::flips`] the flips that followed, in order: the vertex inserted, and the start and end of the link edge that was
     /// flipped.
     pub flips: Vec<[Vertex; 3]>,
-    /// Vertices moved, of those that were there before: by a precision pass, or as ends of split edges (spec §5.6). Ascending.
+    /// Vertices moved, of those that were there before: by a precision pass, or as ends of split edges (spec §5.4.5). Ascending.
     pub moved: Vec<u32>,
     /// How far each of them has moved at most, in steps of the lattice.
     pub shift: f64,

@@ -53,11 +53,19 @@ impl Extents {
         for (v, &position) in (0..).map(Vertex).zip(&mesh.positions) {
             self.put(v, position);
         }
-        for c in mesh.table.triangles().flat_map(|t| t.corners()) {
-            // NONE is the largest number: every edge is met once.
-            if c < mesh.table.opposite(c) {
-                let (a, b) = mesh.table.edge(c);
-                self.appear(a, b, length_squared(self.cell(b) - self.cell(a)));
+        // Each triangle counts its edges for where they start on its left; at the boundary nobody else counts them for where they end.
+        for t in mesh.table.triangles() {
+            let corners = mesh.table.triangle(t);
+            let [x, y, z] = corners.map(|v| self.cell(v));
+            let along = Vectors::new([y - x, z - y, x - z, Vector::default()]);
+            let squares = along.dot(along).floats().map(truncate_long);
+            for (v, square) in corners.into_iter().zip(squares) {
+                self.appear(v, square);
+            }
+            for (k, beyond) in mesh.table.opposites_from(t.corner(0)).into_iter().enumerate() {
+                if beyond.is_none() {
+                    self.appear(corners[(k + 2) % 3], squares[(k + 1) % 3]);
+                }
             }
         }
     }
@@ -108,13 +116,12 @@ impl Extents {
         }
     }
 
-    /// The edge between `a` and `b`, of this squared length, appears.
-    fn appear(&mut self, a: Vertex, b: Vertex, square: i64) {
-        for v in [a, b] {
-            let extent = &mut self.extents[v.index()];
-            extent.squares = extent.squares.wrapping_add(square);
-            extent.edges += 1;
-        }
+    /// An edge of this squared length appears at `v`.
+    #[inline(always)]
+    fn appear(&mut self, v: Vertex, square: i64) {
+        let extent = &mut self.extents[v.index()];
+        extent.squares = extent.squares.wrapping_add(square);
+        extent.edges += 1;
     }
 
     /// The edge between `a` and `b`, of this squared length, is no more.

@@ -1,4 +1,4 @@
-//! Lifting: the ends of a split edge give back what they had taken over of the new vertex (spec §5.6).
+//! Lifting: the ends of a split edge give back what they had taken over of the new vertex (spec §5.4.5).
 //!
 //! As in a lifted wavelet (Sweldens 1998): the removal of a vertex moves the ends of its edge a little towards where it was, along the
 //! surface's normal, so that the coarser level lies among the input's vertices rather than within them. What the move is made of does not

@@ -20,7 +20,7 @@ pub struct Header {
     pub level_count: u32,
     /// The lattice of level 0: finite origin, finite step of at least 0.
     pub lattice: Lattice,
-    /// How far splits move the ends of their edges, in 64ths of the new vertex's height (spec §5.6): at most [`MAX_LIFTING`], and 0, not at
+    /// How far splits move the ends of their edges, in 64ths of the new vertex's height (spec §5.4.5): at most [`MAX_LIFTING`], and 0, not at
     /// all, where the lattice has [`Lattice::MAX_BITS`].
     pub lifting: u8,
     /// The largest coordinates, in lattice units; the smallest are 0.

@@ -149,7 +149,7 @@ fn settle(mesh: &mut ProgressiveMesh, mark: &Mark) {
     mesh.roots.restore(&mesh.table, mark.roots.clone());
 }
 
-/// Moves the ends of the edge that an operation splits, and its vertex, while the edge is whole (spec §5.6).
+/// Moves the ends of the edge that an operation splits, and its vertex, while the edge is whole (spec §5.4.5).
 fn lift(
     mesh: &mut ProgressiveMesh,
     operation: &Operation,

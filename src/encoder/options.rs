@@ -19,7 +19,7 @@ pub struct Options {
     pub keyframes: Keyframes,
     /// How coarse the coordinates of coarse levels are.
     pub preview: Preview,
-    /// How far coarse levels are lifted towards the vertices that they lack (spec §5.6): by which part of such a vertex's height the ends
+    /// How far coarse levels are lifted towards the vertices that they lack (spec §5.4.5): by which part of such a vertex's height the ends
     /// of its edge follow it, in 64ths. 0 for not at all, so that coarse levels have vertices of the input alone; at most
     /// [`MAX_LIFTING`](crate::limits::MAX_LIFTING). Level 0 is the same.
     pub lifting: u8,
@@ -187,7 +187,7 @@ impl Keyframes {
     }
 }
 
-/// How coarse the coordinates of coarse levels are (spec §5.7). With fewer bits at first, the first kilobytes show more
+/// How coarse the coordinates of coarse levels are (spec §5.6). With fewer bits at first, the first kilobytes show more
 /// triangles, and the whole file is hardly larger. Level 0 always has all its bits.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]

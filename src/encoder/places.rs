@@ -1,4 +1,4 @@
-//! Where the vertices of all levels are: level 0's on the lattice, those of coarser ones lifted (spec §5.6) and less precise (spec §5.7).
+//! Where the vertices of all levels are: level 0's on the lattice, those of coarser ones lifted (spec §5.4.5) and less precise (spec §5.6).
 //!
 //! What a split moves can be told from where it has moved it. So the levels are gone through from fine to coarse, the splits of each in
 //! the reverse of the order in which a decoder will come to them; and that order follows from the walks of the levels, from coarse to fine.
@@ -10,7 +10,7 @@ use crate::codec::walk::Walk;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Lattice, Vertex};
 use crate::refine::{History, ProgressiveMesh, Roots, Site, from_cell};
-use crate::simplify::{Probe, Simplified};
+use crate::simplify::{Simplified, Traces};
 use glam::DVec3;
 
 /// The places, by vertex, and the cells, by level.
@@ -30,7 +30,7 @@ pub struct Places {
 /// How far a level has gone from the input's vertices by lifting.
 #[derive(Clone, Copy, Debug)]
 struct Change {
-    /// Farthest move of a vertex, in steps of the lattice.
+    /// The largest distance beyond what it was, at most, in steps of the lattice.
     max: f64,
     /// The mean squared distance over what it was.
     squares: f64,
@@ -45,7 +45,7 @@ impl Places {
         options: &Options,
     ) -> Self {
         let finest = std::mem::take(&mut base.positions);
-        let probes = std::mem::take(&mut simplified.probes);
+        let traces = std::mem::take(&mut simplified.traces);
         let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
         let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };
         let (places, changes) = loop {
@@ -58,13 +58,12 @@ impl Places {
                 shifts: vec![0; simplified.history.level_count() + 1],
             };
             // A mesh of few vertices may be lifted beyond the margin: then less of it is.
-            match places.coarsen(&finest, simplified, &splits, &probes, schedule) {
+            match places.coarsen(&finest, simplified, &splits, &traces, schedule) {
                 Some(changes) => break (places, changes),
                 None => lifting /= 2,
             }
         };
         for (error, change) in simplified.errors.iter_mut().zip(changes) {
-            // A point of the level has moved no farther than its vertices.
             error.max += change.max * lattice.step;
             error.rms *= change.squares.sqrt();
         }
@@ -83,13 +82,13 @@ impl Places {
         finest: &[[i32; 3]],
         simplified: &Simplified,
         splits: &[Vec<Split>],
-        probes: &[Vec<Probe>],
+        traces: &[Traces],
         schedule: Schedule,
     ) -> Option<Vec<Change>> {
         let mut gone = vec![false; finest.len()];
         let mut changes = Vec::new();
         for j in 0..self.shifts.len() {
-            let change = if self.lifting > 0 { self.change(finest, &probes[j], &gone) } else { Change::NONE };
+            let change = if self.lifting > 0 { self.change(finest, &traces[j], &gone) } else { Change::NONE };
             changes.push(change);
             if j > 0 {
                 self.shifts[j] = schedule.shift(j, change.squares, self.shifts[j - 1]);
@@ -135,10 +134,10 @@ impl Places {
     }
 
     /// How far the level as it stands is from the input, beside the one of the same triangles with all vertices where level 0 has them.
-    fn change(&self, finest: &[[i32; 3]], probes: &[Probe], gone: &[bool]) -> Change {
+    fn change(&self, finest: &[[i32; 3]], traces: &Traces, gone: &[bool]) -> Change {
         let point = |p: [i32; 3]| DVec3::from_array(p.map(f64::from));
         let (mut before, mut after, mut total) = (0.0, 0.0, 0.0);
-        for probe in probes {
+        for probe in &traces.probes {
             let p = point(finest[probe.vertex.index()]);
             let squared = |places: &[[i32; 3]]| {
                 let [a, b, c] = probe.corners.map(|v| point(places[v.index()]));
@@ -149,13 +148,16 @@ impl Places {
             after += weight * squared(&self.born);
             total += weight;
         }
-        let apart = |(&p, &q): (&[i32; 3], &[i32; 3])| point(p).distance_squared(point(q));
-        let there = finest.iter().zip(&self.born).zip(gone).filter(|(_, gone)| !**gone);
-        let farthest = there.map(|(pair, _)| apart(pair)).fold(0.0, f64::max).sqrt();
+        // No point of a triangle has moved farther than its corners.
+        let apart = |v: usize| point(finest[v]).distance_squared(point(self.born[v]));
+        let farthest = (0..gone.len()).filter(|&v| !gone[v]).map(apart).fold(0.0, f64::max).sqrt();
+        let of_triangle = |corners: &[Vertex; 3]| corners.map(|v| apart(v.index())).into_iter().fold(0.0, f64::max).sqrt();
+        let far = traces.far.iter().map(|(corners, distance)| distance + of_triangle(corners));
+        let max = far.fold(0.5 * traces.most + farthest, f64::max);
         // What a lattice moves at random is in both.
         let rounding = total / 12.0;
         let squares = if total > 0.0 { (after + rounding) / (before + rounding) } else { 1.0 };
-        Change { max: farthest, squares }
+        Change { max: (max - traces.most).max(0.0), squares }
     }
 }
 

@@ -1,4 +1,4 @@
-//! The precision schedule: how many low bits each level's coordinates lack (spec §5.7).
+//! The precision schedule: how many low bits each level's coordinates lack (spec §5.6).
 
 use super::{LatticeChoice, Options, Preview};
 use crate::mesh::Lattice;

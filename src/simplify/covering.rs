@@ -33,7 +33,18 @@ pub struct LevelError {
     pub rms: f64,
 }
 
-/// A vertex of the input, and where a level has it: by such ones it is told how far the level is off once its vertices have moved.
+/// By what it is told how far a level is off once its vertices have moved.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Traces {
+    /// Some of the input's vertices, the same ones at each level.
+    pub probes: Vec<Probe>,
+    /// The triangles that are farther off than half of the largest distance, and how far at most, in steps of the lattice.
+    pub far: Vec<([Vertex; 3], f64)>,
+    /// The largest distance.
+    pub most: f64,
+}
+
+/// A vertex of the input, and where a level has it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probe {
     /// The vertex.
@@ -121,8 +132,28 @@ impl Covering {
         self.patches = patches;
     }
 
-    /// Some of the input's vertices, the same ones at each level, picked at random. Call it after [`Covering::error`].
-    pub fn probes(&self, table: &CornerTable, places: &Places) -> Vec<Probe> {
+    /// What is known of the level as it stands, of which [`Covering::error`] has just told `error`.
+    pub fn traces(&self, table: &CornerTable, places: &Places, error: &LevelError) -> Traces {
+        let most = error.max / places.frame.length(places.frame.step());
+        if !most.is_finite() {
+            return Traces::default();
+        }
+        let far = table.triangles().filter_map(|t| {
+            let mut squared = self.paths.known(&[t]);
+            let mut at = self.first[t.index()];
+            while at != NONE {
+                squared = squared.max(self.distances[at as usize]);
+                at = self.next[at as usize];
+            }
+            let (distance, rounding) = (f64::from(squared).sqrt() / places.frame.step(), 0.75f64.sqrt());
+            (distance > 0.5 * most - rounding && distance > 0.0)
+                .then(|| (table.triangle(t), (distance + rounding).min(most)))
+        });
+        Traces { probes: self.probes(table, places), far: far.collect(), most }
+    }
+
+    /// Some of the input's vertices, picked at random.
+    fn probes(&self, table: &CornerTable, places: &Places) -> Vec<Probe> {
         let every = self.weights.len().div_ceil(PROBES) as u32;
         // Picked by a hash, as the order of the vertices may have a pattern.
         let picked = |v: u32| (v.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every);

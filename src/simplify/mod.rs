@@ -17,7 +17,7 @@ mod removal;
 mod seconds;
 mod star;
 
-pub use covering::{LevelError, Probe};
+pub use covering::{LevelError, Probe, Traces};
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
@@ -104,8 +104,8 @@ pub struct Simplified {
     pub history: History,
     /// For each level, finest first, the base last, its distance from the input.
     pub errors: Vec<LevelError>,
-    /// For each level where it has some of the input's vertices.
-    pub probes: Vec<Vec<Probe>>,
+    /// For each level what tells of its error once its vertices have moved.
+    pub traces: Vec<Traces>,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -135,11 +135,11 @@ pub fn simplify(
         let done = (start - vertices) as u64;
         if progress(done, start.saturating_sub(target) as u64) { Ok(()) } else { Err(Error::Cancelled) }
     };
-    let (mut errors, mut probes) = (Vec::new(), Vec::new());
+    let (mut errors, mut traces) = (Vec::new(), Vec::new());
     let mut measure = |remover: &mut Remover| {
         let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
         errors.push(error);
-        probes.push(remover.covering.probes(&remover.table, &remover.places));
+        traces.push(remover.covering.traces(&remover.table, &remover.places, &error));
         remover.watch.seconds.measure += seconds;
     };
     measure(&mut remover);
@@ -169,7 +169,7 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    Ok(Simplified { base: remover.table, history: remover.history, errors, probes, seconds })
+    Ok(Simplified { base: remover.table, history: remover.history, errors, traces, seconds })
 }
 
 /// Vertices to stop at for a mesh of so many vertices, where [`Options::base_vertices`] is not given.

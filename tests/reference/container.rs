@@ -1,5 +1,6 @@
 //! Chapter 3: from bytes to atoms.
 
+use super::lifting::Scale;
 use super::table;
 
 /// A value, or why the file is refused: the section and the rule.
@@ -27,6 +28,8 @@ pub struct File {
     pub origin: [f64; 3],
     pub step: f64,
     pub bits: u32,
+    /// f of §5.4.5.
+    pub lifting: u8,
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
     pub atoms: Vec<Atom>,
@@ -68,7 +71,9 @@ impl File {
         demand(origin.iter().all(|x| x.is_finite()) && step.is_finite() && step >= 0.0, "3.2: lattice")?;
         let bits = u32::from(fields.u8()?);
         demand((8..=24).contains(&bits), "3.2: lattice bits")?;
-        demand(fields.take(3)? == [0; 3], "3.2: reserved")?;
+        let lifting = fields.u8()?;
+        demand(lifting <= 32 && (lifting == 0 || bits < 24), "3.2: lifting")?;
+        demand(fields.take(2)? == [0; 2], "3.2: reserved")?;
         for x in origin {
             let maximum = fields.u32()?;
             demand(maximum < 1 << bits && (x + step * maximum as f64).is_finite(), "3.2: bounding box")?;
@@ -96,7 +101,12 @@ impl File {
             demand(crc32c(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
-        Ok(Self { origin, step, bits, levels, atoms })
+        Ok(Self { origin, step, bits, lifting, levels, atoms })
+    }
+
+    /// Of a level.
+    pub fn scale(&self, level: usize) -> Scale {
+        Scale { bits: self.bits, shift: self.levels[level].shift, factor: self.lifting }
     }
 
     /// The atoms of one kind at one level.

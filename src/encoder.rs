@@ -282,12 +282,7 @@ impl<'a> Encoder<'a> {
     }
 }
 
-fn level_entries(
-    simplified: &Simplified,
-    levels: &Levels,
-    places: &Places,
-    lattice: &Lattice,
-) -> Vec<Level> {
+fn level_entries(simplified: &Simplified, levels: &Levels, places: &Places, lattice: &Lattice) -> Vec<Level> {
     let entries = levels.counts().iter().zip(&simplified.errors).enumerate();
     entries
         .map(|(j, (&(vertices, triangles), error))| {

@@ -12,7 +12,8 @@ use unweld::refine::ProgressiveMesh;
 
 /// Lifted as far as it goes, with coordinates of fewer bits in coarse levels, in small atoms.
 fn options(base_vertices: usize) -> Options {
-    let mut options = Options { keyframes: Keyframes::All, atom_bytes: 100, lifting: 32, ..Options::default() };
+    let mut options =
+        Options { keyframes: Keyframes::All, atom_bytes: 100, lifting: 32, ..Options::default() };
     options.preview = Preview::Schedule(vec![0, 1, 2, 4]);
     options.simplify.base_vertices = Some(base_vertices);
     options

@@ -116,6 +116,21 @@ impl Extents {
         }
     }
 
+    /// Measures an interior vertex that has moved, and what that changes for its neighbours.
+    pub fn follow(&mut self, mesh: &ProgressiveMesh, v: Vertex) {
+        let before = self.cell(v);
+        let now = Vector::of_cell(mesh.positions[v.index()].map(|x| x >> self.precision));
+        let mut change = 0i64;
+        for c in mesh.table.fan(v) {
+            let extent = &mut self.extents[mesh.table.vertex(c.next()).index()];
+            let longer = length_squared(now - extent.cell).wrapping_sub(length_squared(before - extent.cell));
+            extent.squares = extent.squares.wrapping_add(longer);
+            change = change.wrapping_add(longer);
+        }
+        let extent = &mut self.extents[v.index()];
+        (extent.cell, extent.squares) = (now, extent.squares.wrapping_add(change));
+    }
+
     /// An edge of this squared length appears at `v`.
     #[inline(always)]
     fn appear(&mut self, v: Vertex, square: i64) {

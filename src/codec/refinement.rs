@@ -119,6 +119,9 @@ pub enum RefinementError {
     OffLattice([i32; 3]),
 }
 
+/// Where fewer than one in so many vertices has been inserted with a lift, it is quicker to measure the three that it moves than all.
+const FEW: usize = 12;
+
 /// A triangle in the star of a vertex of this level; others have at most three edges beyond which there is nothing or a star.
 const STAR: u8 = u8::MAX;
 
@@ -176,8 +179,11 @@ pub struct LevelPass {
     asked_count: usize,
     asked_done: usize,
     cells: Cells,
-    /// Whether a vertex that was there before has moved since extents were measured.
-    lifted: bool,
+    /// Of the cells, the least and the largest coordinate.
+    range: [i32; 2],
+    /// The vertices that lifts have moved since extents were measured, and how many there are; the list ends where they are many.
+    lifted: Vec<[Vertex; 3]>,
+    lifts: usize,
     /// Of the star under way: the link edges to be looked at.
     queue: [LinkEdge; QUEUE],
     inserted: Inserted,
@@ -207,7 +213,9 @@ impl LevelPass {
             asked_count: 0,
             asked_done: 0,
             cells,
-            lifted: false,
+            range: cells.range(),
+            lifted: Vec::new(),
+            lifts: 0,
             queue: [LinkEdge::NONE; QUEUE],
             inserted: Inserted::default(),
             position_bits: 0.0,
@@ -219,10 +227,15 @@ impl LevelPass {
     /// The pass of the next level, for the mesh that this one has led to. It is the same as a new one: extents need not be
     /// measured again unless vertices have moved, and lists keep their memory.
     pub fn next(mut self, mesh: &ProgressiveMesh, cells: Cells) -> Self {
-        if std::mem::take(&mut self.lifted) || cells.precision != self.cells.precision {
+        if cells.precision != self.cells.precision || self.lifts > self.lifted.len() {
             self.extents.measure(mesh, cells.precision);
+        } else {
+            for &v in self.lifted.iter().flatten() {
+                self.extents.follow(mesh, v);
+            }
         }
-        self.cells = cells;
+        self.lifted.clear();
+        (self.cells, self.range, self.lifts) = (cells, cells.range(), 0);
         self.pass = Pass::Split;
         self.cursor = 0;
         (self.asked_count, self.asked_done) = (0, 0);
@@ -235,7 +248,8 @@ impl LevelPass {
     /// Bytes that a pass takes over a mesh with room for so much, of so many triangles and boundary edges when the pass begins.
     pub fn bytes([vertices, triangles]: [usize; 2], walked: usize, boundary: usize) -> usize {
         let lists = Walk::bytes(walked, boundary) + 3 * size_of::<(Vertex, Vertex)>() * boundary;
-        lists + triangles.max(walked) + Extents::BYTES_A_VERTEX * vertices
+        let lifted = 2 * size_of::<[Vertex; 3]>() * vertices / FEW;
+        lists + triangles.max(walked) + Extents::BYTES_A_VERTEX * vertices + lifted
     }
 
     /// Takes as much room as the mesh has been given.
@@ -445,6 +459,12 @@ impl LevelPass {
         Ok(false)
     }
 
+    /// Whether a vertex may be there.
+    #[inline]
+    fn holds(&self, cell: [i32; 3]) -> bool {
+        cell.iter().all(|x| (self.range[0]..=self.range[1]).contains(x))
+    }
+
     #[inline]
     fn cell(&self, v: Vertex) -> [i32; 3] {
         self.extents.cell(v).coordinates().map(truncate)
@@ -467,7 +487,7 @@ impl LevelPass {
         let before = under.coder.spent();
         let cell = code(&mut under.models.position, under.coder, truth)?;
         self.position_bits += under.coder.spent() - before;
-        if !self.cells.hold(cell) {
+        if !self.holds(cell) {
             return Err(RefinementError::OffLattice(cell));
         }
         under.coder.check()?;

@@ -79,6 +79,48 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     written
 }
 
+/// A pass goes on from where lifts have moved vertices, be they few or many: as one that measures all.
+#[test]
+fn the_next_pass_measures_what_lifts_have_moved() {
+    let input = shapes::bumpy_sphere(4, 3);
+    let (mut few, mut many) = (0, 0);
+    for (lifting, share) in [(13, 1.0), (32, 0.02)] {
+        let cells = Cells { lifting, ..CELLS };
+        let table = CornerTable::from_triangles(input.positions.len(), &input.triangles).unwrap();
+        // In the midst of the lattice, so that nothing leaves it.
+        let place = |x: f64| 32_768 + (8_000.0 * x) as i32;
+        let places: Vec<_> = input.positions.iter().map(|p| p.map(place)).collect();
+        let locked = BitVec::repeat(false, places.len());
+        let lattice = Lattice { origin: [-4.0; 3], step: 1.0 / 8_000.0, bits: CELLS.bits };
+        let options = Options { base_vertices: Some(60), level_share: share, ..Options::default() };
+        let simplified =
+            simplify::simplify(table, &input.positions, locked, &lattice, &options, &mut |_, _| true)
+                .unwrap();
+        let base = simplified.base.compacted();
+        let mut mesh =
+            ProgressiveMesh { roots: Roots::choose(&base), table: base, positions: places.clone() };
+        let mut pass = LevelPass::new(&mesh, cells);
+        for j in (0..simplified.history.level_count()).rev() {
+            let mut answers = LevelAnswers::new(&mesh.table, &simplified.history, j, &places);
+            let mut lifts = 0;
+            for _ in simplified.history.level(j) {
+                let mut coder = RangeEncoder::default();
+                let step = pass.step(&mut mesh, &mut SegmentModels::default(), &mut coder, &mut answers);
+                lifts += usize::from(step.unwrap().unwrap().lift.is_some());
+            }
+            // Vertices have the numbers of the input here: there are as many as in the end.
+            if lifts < mesh.positions.len() / 12 {
+                few += lifts
+            } else {
+                many += lifts
+            }
+            pass = pass.next(&mesh, cells);
+            assert!(pass.is_measured(&mesh), "level {j}");
+        }
+    }
+    assert!(few > 0 && many > 0, "{few} and {many}");
+}
+
 fn check_if_small(mesh: &ProgressiveMesh) {
     if mesh.table.triangle_count() < 250 {
         mesh.table.check().unwrap();

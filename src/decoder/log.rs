@@ -99,7 +99,8 @@ impl Log {
         if fine.cells.precision < coarser.cells.precision {
             for (p, lost) in mesh.positions.iter_mut().zip(&mut self.lost) {
                 // Bits that had been lost before stand below those that are lost now.
-                *lost = [0, 1, 2].map(|k| low(lost[k], fine.cells.precision) | high(p[k], fine.cells.precision));
+                *lost =
+                    [0, 1, 2].map(|k| low(lost[k], fine.cells.precision) | high(p[k], fine.cells.precision));
                 *p = coarse(*p, coarser.cells.precision);
             }
         }

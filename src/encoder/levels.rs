@@ -50,8 +50,10 @@ impl<'a> Levels<'a> {
     ) -> Self {
         let base_level = simplified.history.level_count();
         let operations = simplified.history.operations().len();
-        let counts =
-            vec![((base.positions.len() - operations) as u32, base.table.triangle_count() as u32); base_level + 1];
+        let counts = vec![
+            ((base.positions.len() - operations) as u32, base.table.triangle_count() as u32);
+            base_level + 1
+        ];
         let written = keyframe::encode(&base, places.cells(base_level).precision);
         Self {
             mesh: base,

@@ -27,13 +27,15 @@ pub struct Places {
     shifts: Vec<u32>,
 }
 
-/// How far a level has gone from the input's vertices by lifting.
+/// How far off a level is.
 #[derive(Clone, Copy, Debug)]
 struct Change {
     /// The largest distance beyond what it was, at most, in steps of the lattice.
     max: f64,
     /// The mean squared distance over what it was.
     squares: f64,
+    /// The mean distance of the input's vertices, in steps of the lattice.
+    mean: f64,
 }
 
 impl Places {
@@ -49,7 +51,7 @@ impl Places {
         let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
         let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };
         let (places, changes) = loop {
-            let schedule = Schedule::new(options, simplified, lattice, lifting > 0);
+            let schedule = Schedule::new(options, lattice, lifting > 0);
             let mut places = Self {
                 born: finest.clone(),
                 lost: Vec::new(),
@@ -63,6 +65,7 @@ impl Places {
                 None => lifting /= 2,
             }
         };
+        let changes = if lifting > 0 { changes } else { Vec::new() };
         for (error, change) in simplified.errors.iter_mut().zip(changes) {
             error.max += change.max * lattice.step;
             error.rms *= change.squares.sqrt();
@@ -88,10 +91,10 @@ impl Places {
         let mut gone = vec![false; finest.len()];
         let mut changes = Vec::new();
         for j in 0..self.shifts.len() {
-            let change = if self.lifting > 0 { self.change(finest, &traces[j], &gone) } else { Change::NONE };
+            let change = self.change(finest, &traces[j], &gone);
             changes.push(change);
             if j > 0 {
-                self.shifts[j] = schedule.shift(j, change.squares, self.shifts[j - 1]);
+                self.shifts[j] = schedule.shift(j, change.mean, self.shifts[j - 1]);
                 self.blur(j, &gone)?;
             }
             let cells = self.cells(j);
@@ -136,7 +139,7 @@ impl Places {
     /// How far the level as it stands is from the input, beside the one of the same triangles with all vertices where level 0 has them.
     fn change(&self, finest: &[[i32; 3]], traces: &Traces, gone: &[bool]) -> Change {
         let point = |p: [i32; 3]| DVec3::from_array(p.map(f64::from));
-        let (mut before, mut after, mut total) = (0.0, 0.0, 0.0);
+        let (mut before, mut after, mut mean, mut total) = (0.0, 0.0, 0.0, 0.0);
         for probe in &traces.probes {
             let p = point(finest[probe.vertex.index()]);
             let squared = |places: &[[i32; 3]]| {
@@ -144,25 +147,25 @@ impl Places {
                 point_triangle_distance_squared(p, a, b, c).max(probe.outline.into())
             };
             let weight = f64::from(probe.weight);
+            let now = squared(&self.born);
             before += weight * squared(finest);
-            after += weight * squared(&self.born);
+            after += weight * now;
+            mean += weight * now.sqrt();
             total += weight;
         }
         // No point of a triangle has moved farther than its corners.
         let apart = |v: usize| point(finest[v]).distance_squared(point(self.born[v]));
         let farthest = (0..gone.len()).filter(|&v| !gone[v]).map(apart).fold(0.0, f64::max).sqrt();
-        let of_triangle = |corners: &[Vertex; 3]| corners.map(|v| apart(v.index())).into_iter().fold(0.0, f64::max).sqrt();
+        let of_triangle =
+            |corners: &[Vertex; 3]| corners.map(|v| apart(v.index())).into_iter().fold(0.0, f64::max).sqrt();
         let far = traces.far.iter().map(|(corners, distance)| distance + of_triangle(corners));
         let max = far.fold(0.5 * traces.most + farthest, f64::max);
         // What a lattice moves at random is in both.
         let rounding = total / 12.0;
-        let squares = if total > 0.0 { (after + rounding) / (before + rounding) } else { 1.0 };
-        Change { max: (max - traces.most).max(0.0), squares }
+        let (squares, mean) =
+            if total > 0.0 { ((after + rounding) / (before + rounding), mean / total) } else { (1.0, 0.0) };
+        Change { max: (max - traces.most).max(0.0), squares, mean }
     }
-}
-
-impl Change {
-    const NONE: Self = Self { max: 0.0, squares: 1.0 };
 }
 
 /// A split of an interior edge that moves its ends.

@@ -60,7 +60,10 @@ pub fn fuzz_refinement(data: &[u8]) {
 pub fn fuzz_keyframe(data: &[u8]) {
     let mut choices = Choices(data);
     let [vertices, triangles] = [3, 1].map(|least| least + choices.below(64) as u32);
-    read_keyframe(choices.0, Expected { vertices, triangles, cells: Cells { bits: 8, precision: 0, lifting: 0 } });
+    read_keyframe(
+        choices.0,
+        Expected { vertices, triangles, cells: Cells { bits: 8, precision: 0, lifting: 0 } },
+    );
     let mut choices = Choices(data);
     let payloads = seeds::payloads(&[AtomKind::Base, AtomKind::Keyframe]);
     let (payload, seed, level) = payloads[choices.below(payloads.len())];

@@ -47,3 +47,22 @@ impl Scale {
         Ok(point)
     }
 }
+
+/// §5.7.3.
+#[test]
+fn the_first_split_of_the_octahedron() {
+    let [a, b, c, d, v] = [[20, 10, 9], [10, 21, 10], [9, 10, 18], [10, 10, 2], [17, 18, 10]];
+    let by = |factor| Scale { bits: 8, shift: 0, factor }.lift([a, b, c, d, v]);
+    assert_eq!([by(32), by(13)], [[1, 1, 0], [0, 0, 0]]);
+    let scale = Scale { bits: 8, shift: 0, factor: 32 };
+    let moved = [a, b, v].map(|point| scale.moved(point, by(32)).unwrap());
+    assert_eq!(moved, [[19, 9, 9], [9, 20, 10], [16, 17, 10]]);
+    // Back from there, as an encoder would find it.
+    let [a, b, v] = moved;
+    assert_eq!(scale.lift([a, b, c, d, v]), [1, 1, 0]);
+    // The numbers of the text.
+    let normal = cross(Vector::between([20, 10, 9], [10, 21, 10]), Vector([-1.0, 0.0, 16.0]));
+    assert_eq!((normal.0, dot(normal, normal)), ([176.0, 159.0, 11.0], 56_378.0));
+    let Vector(t) = normal * ((dot(Vector([2.0, 2.5, 0.5]), normal) / 56_378.0) * 0.5);
+    assert_eq!(t, [1.178_473_9, 1.064_644_1, 0.073_654_62]);
+}

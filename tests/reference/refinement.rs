@@ -73,12 +73,7 @@ pub fn precision_pass(
 }
 
 /// §5.3: to a level of this scale.
-pub fn level_pass(
-    mesh: &mut Mesh,
-    atoms: Vec<&Atom>,
-    scale: Scale,
-    models: &mut Models,
-) -> Result<()> {
+pub fn level_pass(mesh: &mut Mesh, atoms: Vec<&Atom>, scale: Scale, models: &mut Models) -> Result<()> {
     trace_pass(mesh, atoms, scale, models, None).1
 }
 

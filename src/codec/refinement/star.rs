@@ -1,6 +1,6 @@
 //! The star of a new vertex: the split of an edge, the flips of its link edges, what the triangles round it are told (spec §5.3).
 
-use super::{Answers, CONTEXTS, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
+use super::{Answers, CONTEXTS, FEW, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
 use crate::codec::context;
 use crate::codec::extents::{Spokes, length_squared, squares_from};
 use crate::codec::lift::minus;
@@ -82,7 +82,11 @@ impl LevelPass {
                 let place = &mut under.mesh.positions[w.index()];
                 *place = minus(*place, by);
             }
-            (self.inserted.lift, self.lifted) = (lift, true);
+            self.inserted.lift = lift;
+            self.lifts += 1;
+            if self.lifted.len() < under.mesh.positions.len() / FEW {
+                self.lifted.push([a, b, v]);
+            }
         }
         let [new_left, old_left, new_right, old_right] = corners;
         if o.is_some() {
@@ -134,7 +138,7 @@ impl LevelPass {
             return Ok(None);
         }
         for place in [at_a, at_b, position].map(|p| minus(p, by)) {
-            if !self.cells.hold_position(place) {
+            if !self.holds(place.map(|x| x >> self.cells.precision)) {
                 return Err(RefinementError::OffLattice(place));
             }
         }

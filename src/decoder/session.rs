@@ -15,7 +15,7 @@ use crate::error::{Error, FormatError, Result};
 use crate::limits::{Budget, make_room};
 use crate::mesh::IndexedMesh;
 use crate::mesh::corner_table::MAX_TRIANGLES;
-use crate::refine::{ProgressiveMesh, Site};
+use crate::refine::{ProgressiveMesh, Site, from_cell};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -372,8 +372,9 @@ impl Session {
         }
         moved.sort_unstable();
         moved.dedup();
-        let side = |j: u32| f64::from(1u32 << contents.levels[j as usize].precision);
-        let shift = 3f64.sqrt() * (side(atom.level + 1) - side(atom.level)) / 2.0;
+        // From the middle of a cell to that of the lowest one in it.
+        let middle = |j: u32| f64::from(from_cell(0, contents.levels[j as usize].precision));
+        let shift = 3f64.sqrt() * (middle(atom.level + 1) - middle(atom.level));
         let (v, t) = (self.mesh.positions.len() as u32, self.mesh.table.slots() as u32);
         events.push_back(Event::Refined(Delta {
             vertices: v..v,

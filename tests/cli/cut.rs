@@ -209,12 +209,12 @@ fn damage_before_the_cut_is_damage() {
 fn from_standard_input() {
     let folder = Folder::with_sphere();
     let (info, file) = (folder.info("sphere.uwm"), folder.bytes("sphere.uwm"));
-    let cut = &file[..number(&levels(&info)[4]["cumulative_bytes"])];
+    let cut = &file[..number(&levels(&info)[6]["cumulative_bytes"])];
     let told = format!("standard input: cut off at byte {},{:03} of ", cut.len() / 1000, cut.len() % 1000);
     folder.run_with("info -", cut).remarked(&told);
     folder.run_with("view - -o a.png -q", cut).remarked(&told);
     let run = folder.run_with("decode - -o - -q", cut);
     run.remarked(&told);
     folder.write("piped.ply", &run.out);
-    assert_eq!(folder.read("piped.ply").triangles.len(), number(&levels(&info)[4]["triangles"]));
+    assert_eq!(folder.read("piped.ply").triangles.len(), number(&levels(&info)[6]["triangles"]));
 }

@@ -65,7 +65,7 @@ pub struct Options {
 }
 
 /// What changed in the mesh since the event before. All numbers are those of [`Decoder::mesh`].
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Delta {
     /// Vertices appended.
     pub vertices: Range<u32>,
@@ -74,8 +74,10 @@ pub struct Delta {
     /// With [`Options::flips`] the flips that followed, in order: the vertex inserted, and the start and end of the link edge that was
     /// flipped.
     pub flips: Vec<[Vertex; 3]>,
-    /// Vertices moved by a precision pass, ascending.
+    /// Vertices moved, of those that were there before: by a precision pass, or as ends of split edges (spec §5.4.5). Ascending.
     pub moved: Vec<u32>,
+    /// How far each of them has moved at most, in steps of the lattice.
+    pub shift: f64,
     /// Triangles appended.
     pub triangles: Range<u32>,
     /// Triangles rewritten, each once, without those appended.

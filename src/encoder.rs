@@ -5,6 +5,7 @@ mod grids;
 mod levels;
 mod names;
 mod options;
+mod places;
 mod report;
 mod schedule;
 mod work;
@@ -12,13 +13,14 @@ mod work;
 use crate::codec::grid::Real;
 use crate::container::{AtomKind, FileBuilder, Level, Metadata};
 use crate::error::{Error, Result};
+use crate::limits::MAX_LIFTING;
 use crate::mesh::topology::{self, Conditioned, ConditioningReport, Manifold};
 use crate::mesh::{IndexedMesh, Lattice, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
 use crate::simplify::{self, Simplified};
 use finish::Finish;
 use levels::Levels;
-use schedule::Schedule;
+use places::Places;
 use std::io::Write;
 use std::time::Instant;
 
@@ -137,23 +139,24 @@ impl<'a> Encoder<'a> {
         }
         let locked_vertices = manifold.locked.count_ones();
         let (mut simplified, quantised) = self.simplify(manifold, &lattice)?;
-        joined.add_to(&mut simplified.errors);
         let simplifying = start.elapsed() - conditioning;
 
         // The places of removed triangles take far more memory than the base.
         simplified.base = simplified.base.compacted();
         let base = simplified.base.clone();
         let roots = Roots::choose(&base);
-        let mesh_at_base = ProgressiveMesh { table: base, positions: quantised.clone(), roots };
         let options = Options { position_bits: lattice.bits, ..self.options.clone() };
-        let schedule = Schedule::of(&options, &simplified, &quantised);
-        let mut levels = Levels::new(mesh_at_base, &simplified, &quantised, &options, &schedule);
+        let mut mesh_at_base = ProgressiveMesh { table: base, positions: quantised, roots };
+        let places = Places::of_all_levels(&mut mesh_at_base, &mut simplified, &lattice, &options);
+        joined.add_to(&mut simplified.errors);
+        let mut levels = Levels::new(mesh_at_base, &simplified, &places, &options);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
         let payloads = finish.payloads(levels.mesh(), &lattice)?;
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
-            FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &schedule, &lattice));
+            FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &places, &lattice));
+        file.lifting = places.lifting;
         let mut report = Report::new(found, &simplified, mesh.diagonal());
         report.dropped = self.dropped(mesh);
         report.locked_vertices = locked_vertices;
@@ -210,6 +213,9 @@ impl<'a> Encoder<'a> {
         }
         if let Keyframes::Every(0) = options.keyframes {
             return Err(parameter("every 0 levels is no distance of keyframes"));
+        }
+        if options.lifting > MAX_LIFTING {
+            return Err(Error::Parameter(format!("the lifting must be at most {MAX_LIFTING} 64ths")));
         }
         if let Preview::Schedule(schedule) = &options.preview
             && !schedule.is_sorted()
@@ -292,18 +298,13 @@ impl<'a> Encoder<'a> {
     }
 }
 
-fn level_entries(
-    simplified: &Simplified,
-    levels: &Levels,
-    schedule: &Schedule,
-    lattice: &Lattice,
-) -> Vec<Level> {
+fn level_entries(simplified: &Simplified, levels: &Levels, places: &Places, lattice: &Lattice) -> Vec<Level> {
     let entries = levels.counts().iter().zip(&simplified.errors).enumerate();
     // Nothing of either surface is further from the other than the lattice is long, whatever numbers near the largest add up to.
     let most = (4.0 * f64::from(1u32 << lattice.bits) * lattice.step).min(f64::MAX / 2.0);
     entries
         .map(|(j, (&(vertices, triangles), error))| {
-            let precision = schedule.precision(j as u32);
+            let precision = places.cells(j).precision;
             // A cell's middle is at most half a cell's diagonal from what it stands for.
             let cell = if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
             let max_error = (error.max + cell * 0.75f64.sqrt()).min(most);

@@ -300,11 +300,10 @@ impl Client {
             let jump = jump::of_flips(&mesh.table, &delta.flips, |v| self.beginning(v));
             self.jumps.operations(jump);
         }
-        if let (false, Some(contents), Some(level)) =
-            (delta.moved.is_empty(), self.decoder.contents(), self.decoder.level())
-        {
-            let precision = |level: u32| contents.level(level).map_or(0, |entry| entry.precision);
-            self.jumps.precision(precision(level), precision(level.saturating_sub(1)));
+        if delta.vertices.is_empty() {
+            self.jumps.precision(delta.shift);
+        } else {
+            self.jumps.lifts(delta.shift);
         }
         let [told_vertices, told_triangles] = self.told;
         let table = &mesh.table;

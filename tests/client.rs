@@ -296,7 +296,8 @@ fn positions_relative_to_the_corner_of_the_box() {
 
 #[test]
 fn a_fault_names_its_atom() {
-    let mut file = file(&shapes::bumpy_sphere(3, 1));
+    let plain = Encoding { preview: Preview::Off, ..Encoding::default() };
+    let mut file = Encoder::new(plain).encode_to_vec(&shapes::bumpy_sphere(3, 1)).unwrap();
     let contents = unweld::container::parse_contents(&file).unwrap().unwrap();
     let index = contents.steps(2).start;
     file[contents.atoms[index].offset as usize] ^= 0x40;

@@ -22,41 +22,32 @@ fn small() -> Options {
     options
 }
 
-/// The grid of a level is as coarse as an eighth of its mean edge allows, measured here on the decoded levels: edges differ
-/// from the encoder's by the rounding alone.
+/// The grid of a level is as coarse as its mean error allows; the table tells the root mean square, with what the grid adds.
 #[test]
-fn the_grid_of_a_coarse_preview_follows_the_edges() {
-    let mut options = Options { preview: Preview::Coarse, ..Options::default() };
-    options.simplify.base_vertices = Some(30);
-    let file = Encoder::new(options).encode_to_vec(&shapes::sphere(4)).unwrap();
-    let mut decoder = Decoder::new(decoder::Options::default());
-    decoder.push(&file);
-    let mut coarse = 0;
-    while let Some(event) = decoder.poll().unwrap() {
-        let Event::Level { level, .. } = event else { continue };
-        let contents = decoder.contents().unwrap();
-        let precision = contents.levels[level as usize].precision;
-        let eighth = mean_edge(&decoder.assembled().unwrap()) / contents.header.lattice.step / 8.0;
-        let step = f64::from(1u32 << precision);
-        if level == 0 {
-            assert_eq!(precision, 0);
-        } else {
-            assert!(step <= eighth.max(1.0) * 1.01, "level {level}: {step} of {eighth}");
-            assert!(2.0 * step >= eighth * 0.99, "level {level}: {step} of {eighth}");
+fn the_grid_of_a_preview_follows_the_error() {
+    for (preview, lifting, share) in [
+        (Preview::Fine, 13, 1.0),
+        (Preview::Coarse, 13, 2.0),
+        (Preview::Fine, 0, 2.0),
+        (Preview::Auto, 13, 1.0),
+    ] {
+        let mut options = Options { preview, lifting, ..Options::default() };
+        options.simplify.base_vertices = Some(30);
+        let file = Encoder::new(options).encode_to_vec(&shapes::sphere(4)).unwrap();
+        let contents = parse_contents(&file).unwrap().unwrap();
+        let unit = contents.header.lattice.step;
+        for (j, level) in contents.levels.iter().enumerate() {
+            let step = f64::from(1u32 << level.precision);
+            let rms = f64::from(level.rms_error) / unit;
+            let without = (rms * rms - 0.25 * (step - 1.0) * (step - 1.0)).sqrt();
+            // The mean is no more than that, and not far below it. Never more than a 32nd of the whole.
+            let [least, most] = [0.5, 1.0].map(|mean| (mean * share * without).clamp(1.0, 16_383.0 / 32.0));
+            assert!(j > 0 || step == 1.0);
+            assert!(step <= most * 1.01, "level {j}: {step} of {most}");
+            assert!(j == 0 || 2.0 * step >= least * 0.99, "level {j}: {step} of {least}");
         }
-        coarse = coarse.max(precision);
+        assert!(contents.levels.last().unwrap().precision > 5);
     }
-    assert!(coarse > 6);
-}
-
-/// Every edge of a closed mesh stands in two triangles.
-fn mean_edge(mesh: &IndexedMesh) -> f64 {
-    let sides = mesh.triangles.iter().flat_map(|t| [(t[0], t[1]), (t[1], t[2]), (t[2], t[0])]);
-    let length = |(a, b): (u32, u32)| {
-        let (a, b) = (mesh.positions[a as usize], mesh.positions[b as usize]);
-        (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt()
-    };
-    sides.map(length).sum::<f64>() / (3 * mesh.triangles.len()) as f64
 }
 
 #[test]
@@ -71,7 +62,7 @@ fn shapes_come_back() {
     for mesh in
         [shapes::sphere(3), shapes::torus_with_hole(20, 14), shapes::handle_body(2), shapes::disc_with_ears()]
     {
-        for preview in [Preview::Off, Preview::Coarse, Preview::Schedule(vec![1, 2, 5])] {
+        for preview in [Preview::Off, Preview::Fine, Preview::Coarse, Preview::Schedule(vec![1, 2, 5])] {
             let file = Encoder::new(Options { preview, ..small() }).encode_to_vec(&mesh).unwrap();
             let decoder = decoder::decode(&file, decoder::Options::default()).unwrap();
             let lattice = decoder.contents().unwrap().header.lattice;

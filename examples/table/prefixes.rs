@@ -1,4 +1,4 @@
-//! How far the mesh of a prefix lies from the original, without and with a precision schedule.
+//! How far the mesh of a prefix lies from the original, with and without lifted levels of few bits.
 
 use super::cases::Case;
 use super::quality::{SAMPLES, SEED, mean_distance};
@@ -14,10 +14,10 @@ use unweld::mesh::IndexedMesh;
 pub fn table(cases: &[Case]) -> anyhow::Result<Table> {
     let mut table = Table::new("Prefixes", &[&note()], &COLUMNS);
     for case in cases {
-        let coarse = encoder::Options { preview: Preview::Coarse, ..case.options() };
-        let files = [case.options(), coarse].map(|options| Encoder::new(options).encode_to_vec(&case.mesh));
-        let [off, coarse] = files;
-        let files = [off?, coarse?];
+        let plain = encoder::Options { preview: Preview::Off, lifting: 0, ..case.options() };
+        let files = [case.options(), plain].map(|options| Encoder::new(options).encode_to_vec(&case.mesh));
+        let [lifted, plain] = files;
+        let files = [lifted?, plain?];
         for share in SHARES {
             let mut row = vec![Cell::text(&case.name), Cell::Count(u64::from(share))];
             for file in &files {
@@ -47,8 +47,8 @@ pub fn decode(prefix: &[u8]) -> anyhow::Result<Option<IndexedMesh>> {
 fn note() -> String {
     format!(
         "The first bytes of the file, and the mesh that they give; share in % of the file. Error: mean distance of the original's surface from it, in % of \
-         the diagonal of the bounding box, {SAMPLES} points, seed {SEED}; - before the end of the base. Coarse: `--preview coarse`, \
-         coordinates of coarse levels with fewer bits.",
+         the diagonal of the bounding box, {SAMPLES} points, seed {SEED}; - before the end of the base. Plain: `--lifting 0 --preview off`, \
+         levels of the input's own vertices, with all bits.",
     )
 }
 
@@ -61,7 +61,7 @@ const COLUMNS: [&str; 8] = [
     "bytes",
     "triangles",
     "error %",
-    "bytes, coarse",
-    "triangles, coarse",
-    "error %, coarse",
+    "bytes, plain",
+    "triangles, plain",
+    "error %, plain",
 ];

@@ -41,9 +41,13 @@ impl Profile {
 /// How coarse the coordinates of coarse levels are.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Preview {
+    /// Fine, but off where tiles are to fit: with --lattice-step or --lock-boundary
+    Auto,
     /// All levels have all bits
     Off,
-    /// Fewer bits at first: the first kilobytes show more triangles, the file is larger by some percent
+    /// Fewer bits at first, no coarser than a level's error: the first kilobytes show more triangles
+    Fine,
+    /// Twice as coarse: still more at first, the file is larger by some percent
     Coarse,
 }
 
@@ -51,7 +55,9 @@ impl Preview {
     /// For the library.
     pub fn of_library(self) -> encoder::Preview {
         match self {
+            Self::Auto => encoder::Preview::Auto,
             Self::Off => encoder::Preview::Off,
+            Self::Fine => encoder::Preview::Fine,
             Self::Coarse => encoder::Preview::Coarse,
         }
     }

@@ -23,6 +23,7 @@ use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
 use unweld::error::Place;
 use unweld::formats::{self, Coordinates};
+use unweld::limits::MAX_LIFTING;
 use unweld::mesh::Lattice;
 use unweld::simplify;
 
@@ -52,8 +53,11 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "default")]
     profile: Profile,
     /// How coarse the coordinates of coarse levels are
-    #[arg(long, value_enum, default_value = "off")]
+    #[arg(long, value_enum, default_value = "auto")]
     preview: Preview,
+    /// How far vertices of coarse levels leave their places for the levels to be nearer to the input, 0, not at all, to 32
+    #[arg(long, value_name = "F", default_value_t = Options::default().lifting, value_parser = clap::value_parser!(u8).range(..=i64::from(MAX_LIFTING)))]
+    lifting: u8,
     /// Vertices of the base, 0 or more; the larger of 0.5 % and 150 where not given
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
@@ -327,6 +331,7 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         simplify: args.simplification.options(args.profile.of_library(), args.base_vertices),
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
+        lifting: args.lifting,
         lock_boundary: args.simplification.lock_boundary,
         weld: args.simplification.weld,
         max_memory: args.max_memory.unwrap_or(u64::MAX),
@@ -348,6 +353,7 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
         ("keep-order".to_owned(), kept.order.to_string()),
         ("profile".to_owned(), value_name(&args.profile)),
         ("preview".to_owned(), value_name(&args.preview)),
+        ("lifting".to_owned(), args.lifting.to_string()),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
         ("keyframes".to_owned(), keyframes),
     ]);
@@ -357,12 +363,13 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 12] = [
+const DEFAULTS: [(&str, &str); 13] = [
     ("position-bits", "14"),
     ("exact", "false"),
     ("keep-order", "false"),
     ("profile", "default"),
-    ("preview", "off"),
+    ("preview", "auto"),
+    ("lifting", "13"),
     ("base-vertices", "auto"),
     ("keyframes", "none"),
     ("method", "stellar"),

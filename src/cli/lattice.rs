@@ -1,6 +1,6 @@
 //! Arguments that choose the lattice, and what there is to say of it.
 
-use super::args::Preview;
+use super::args::{Preview, value_name};
 use unweld::encoder::{LatticeChoice, Options, Report};
 use unweld::mesh::Lattice;
 
@@ -68,9 +68,11 @@ impl Choice {
                  with a step that is a power of two, such as {power}, and an origin of multiples of it",
             ));
         }
-        if let Preview::Coarse = preview {
-            let text = "--preview coarse makes lattices of their own for coarse levels: neighbours share level 0 alone";
-            warnings.push(text.to_owned());
+        if let Preview::Fine | Preview::Coarse = preview {
+            warnings.push(format!(
+                "--preview {} makes lattices of their own for coarse levels: neighbours share level 0 alone",
+                value_name(&preview),
+            ));
         }
         warnings
     }

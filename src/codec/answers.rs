@@ -19,7 +19,8 @@ pub struct LevelAnswers<'a> {
 const NONE: u32 = u32::MAX;
 
 impl<'a> LevelAnswers<'a> {
-    /// Lays out level `j` of `history` on `table`, level `j + 1`. `positions` are those of level 0, at full scale.
+    /// Lays out level `j` of `history` on `table`, level `j + 1`. `positions` tell for each vertex where the
+    /// level's splits put it, at full scale.
     pub fn new(table: &CornerTable, history: &'a History, j: usize, positions: &'a [[i32; 3]]) -> Self {
         let operations = history.level(j);
         let mut owner = vec![NONE; table.slots()];

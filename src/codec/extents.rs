@@ -42,17 +42,32 @@ impl Extents {
     /// Measures a mesh in cells of side 2^`precision`.
     pub fn new(mesh: &ProgressiveMesh, precision: u32) -> Self {
         let mut this = Self { extents: Vec::with_capacity(mesh.positions.capacity()), precision };
+        this.measure(mesh, precision);
+        this
+    }
+
+    /// Measures a mesh anew, in the same memory.
+    pub fn measure(&mut self, mesh: &ProgressiveMesh, precision: u32) {
+        self.precision = precision;
+        self.extents.clear();
         for (v, &position) in (0..).map(Vertex).zip(&mesh.positions) {
-            this.put(v, position);
+            self.put(v, position);
         }
-        for c in mesh.table.triangles().flat_map(|t| t.corners()) {
-            // NONE is the largest number: every edge is met once.
-            if c < mesh.table.opposite(c) {
-                let (a, b) = mesh.table.edge(c);
-                this.appear(a, b, length_squared(this.cell(b) - this.cell(a)));
+        // Each triangle counts its edges for where they start on its left; at the boundary nobody else counts them for where they end.
+        for t in mesh.table.triangles() {
+            let corners = mesh.table.triangle(t);
+            let [x, y, z] = corners.map(|v| self.cell(v));
+            let along = Vectors::new([y - x, z - y, x - z, Vector::default()]);
+            let squares = along.dot(along).floats().map(truncate_long);
+            for (v, square) in corners.into_iter().zip(squares) {
+                self.appear(v, square);
+            }
+            for (k, beyond) in mesh.table.opposites_from(t.corner(0)).into_iter().enumerate() {
+                if beyond.is_none() {
+                    self.appear(corners[(k + 2) % 3], squares[(k + 1) % 3]);
+                }
             }
         }
-        this
     }
 
     /// What is known of a vertex of the mesh.
@@ -101,13 +116,27 @@ impl Extents {
         }
     }
 
-    /// The edge between `a` and `b`, of this squared length, appears.
-    fn appear(&mut self, a: Vertex, b: Vertex, square: i64) {
-        for v in [a, b] {
-            let extent = &mut self.extents[v.index()];
-            extent.squares = extent.squares.wrapping_add(square);
-            extent.edges += 1;
+    /// Measures an interior vertex that has moved, and what that changes for its neighbours.
+    pub fn follow(&mut self, mesh: &ProgressiveMesh, v: Vertex) {
+        let before = self.cell(v);
+        let now = Vector::of_cell(mesh.positions[v.index()].map(|x| x >> self.precision));
+        let mut change = 0i64;
+        for c in mesh.table.fan(v) {
+            let extent = &mut self.extents[mesh.table.vertex(c.next()).index()];
+            let longer = length_squared(now - extent.cell).wrapping_sub(length_squared(before - extent.cell));
+            extent.squares = extent.squares.wrapping_add(longer);
+            change = change.wrapping_add(longer);
         }
+        let extent = &mut self.extents[v.index()];
+        (extent.cell, extent.squares) = (now, extent.squares.wrapping_add(change));
+    }
+
+    /// An edge of this squared length appears at `v`.
+    #[inline(always)]
+    fn appear(&mut self, v: Vertex, square: i64) {
+        let extent = &mut self.extents[v.index()];
+        extent.squares = extent.squares.wrapping_add(square);
+        extent.edges += 1;
     }
 
     /// The edge between `a` and `b`, of this squared length, is no more.

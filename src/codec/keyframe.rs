@@ -1,6 +1,7 @@
 //! A keyframe: one whole level, connectivity first, then positions in walk order (spec §7).
 
 use super::edgebreaker::{self, ConnectivityError};
+use super::lift::Cells;
 use super::walk::Walk;
 use crate::entropy::{BitCoder, CodingError, NumberModel, RangeDecoder, varint};
 use crate::limits::Budget;
@@ -15,10 +16,8 @@ pub struct Expected {
     pub vertices: u32,
     /// Triangles of the level.
     pub triangles: u32,
-    /// Its precision s.
-    pub precision: u32,
-    /// Bits a coordinate of the lattice.
-    pub bits: u32,
+    /// The cells that its vertices are in.
+    pub cells: Cells,
 }
 
 /// What a keyframe takes.
@@ -77,14 +76,13 @@ pub fn decode(
     }
     let walk = Walk::new(&connectivity.table, &connectivity.roots);
     let mut mesh = renumbered(&connectivity.table, &connectivity.roots, &walk);
-    let max = (1i64 << (expected.bits - expected.precision.min(expected.bits))) - 1;
     let cells = code_positions(&mesh.table, &walk, &mut coder, |_, _| [0; 3])?;
     coder.finish()?;
     for (place, cell) in mesh.positions.iter_mut().zip(cells) {
-        if cell.iter().any(|&x| !(0..=max).contains(&i64::from(x))) {
+        if !expected.cells.hold(cell) {
             return Err(ConnectivityError::Mesh(format!("position {cell:?} is off the lattice")));
         }
-        *place = cell.map(|x| from_cell(x, expected.precision));
+        *place = cell.map(|x| from_cell(x, expected.cells.precision));
     }
     budget.give_memory(held, 1);
     Ok(mesh)

@@ -9,6 +9,7 @@ mod extents;
 pub mod grid;
 pub mod keyframe;
 mod lanes;
+pub mod lift;
 pub mod order;
 mod places;
 pub(crate) mod position;

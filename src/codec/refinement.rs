@@ -3,6 +3,7 @@
 mod star;
 
 use super::extents::{self, Extents};
+use super::lift::Cells;
 use super::position::PositionModels;
 use super::vector::truncate;
 use super::walk::Walk;
@@ -96,12 +97,14 @@ pub struct Inserted {
     pub star: Vec<Corner>,
     /// How many of its triangles are new.
     pub created: usize,
+    /// By how much the ends of the edge have moved, where it was a split that lifts them.
+    pub lift: Option<[i32; 3]>,
 }
 
 impl Default for Inserted {
     fn default() -> Self {
         let site = Site::Edge(Vertex::NONE, Vertex::NONE);
-        Self { vertex: Vertex::NONE, site, flips: Vec::new(), star: Vec::new(), created: 0 }
+        Self { vertex: Vertex::NONE, site, flips: Vec::new(), star: Vec::new(), created: 0, lift: None }
     }
 }
 
@@ -115,6 +118,9 @@ pub enum RefinementError {
     #[error("position {0:?} is off the lattice")]
     OffLattice([i32; 3]),
 }
+
+/// Where fewer than one in so many vertices has been inserted with a lift, it is quicker to measure the three that it moves than all.
+const FEW: usize = 12;
 
 /// A triangle in the star of a vertex of this level; others have at most three edges beyond which there is nothing or a star.
 const STAR: u8 = u8::MAX;
@@ -172,9 +178,12 @@ pub struct LevelPass {
     asked: [Asked; AHEAD],
     asked_count: usize,
     asked_done: usize,
-    precision: u32,
-    /// Largest coordinate of a cell.
-    max: i32,
+    cells: Cells,
+    /// Of the cells, the least and the largest coordinate.
+    range: [i32; 2],
+    /// The vertices that lifts have moved since extents were measured, and how many there are; the list ends where they are many.
+    lifted: Vec<[Vertex; 3]>,
+    lifts: usize,
     /// Of the star under way: the link edges to be looked at.
     queue: [LinkEdge; QUEUE],
     inserted: Inserted,
@@ -191,11 +200,11 @@ struct Under<'a, C, A> {
 }
 
 impl LevelPass {
-    /// Walks the coarser level. `precision` is the finer level's s, `bits` the lattice's.
-    pub fn new(mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
+    /// Walks the coarser level. `cells` are the finer level's.
+    pub fn new(mesh: &ProgressiveMesh, cells: Cells) -> Self {
         let mut this = Self {
             walk: Walk::default(),
-            extents: Extents::new(mesh, precision),
+            extents: Extents::new(mesh, cells.precision),
             states: Vec::new(),
             boundary: Vec::new(),
             pass: Pass::Split,
@@ -203,8 +212,10 @@ impl LevelPass {
             asked: [Asked::NONE; AHEAD],
             asked_count: 0,
             asked_done: 0,
-            precision,
-            max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
+            cells,
+            range: cells.range(),
+            lifted: Vec::new(),
+            lifts: 0,
             queue: [LinkEdge::NONE; QUEUE],
             inserted: Inserted::default(),
             position_bits: 0.0,
@@ -214,11 +225,17 @@ impl LevelPass {
     }
 
     /// The pass of the next level, for the mesh that this one has led to. It is the same as a new one: extents need not be
-    /// measured again, and lists keep their memory.
-    pub fn next(mut self, mesh: &ProgressiveMesh, precision: u32, bits: u32) -> Self {
-        if precision != self.precision {
-            return Self::new(mesh, precision, bits);
+    /// measured again unless vertices have moved, and lists keep their memory.
+    pub fn next(mut self, mesh: &ProgressiveMesh, cells: Cells) -> Self {
+        if cells.precision != self.cells.precision || self.lifts > self.lifted.len() {
+            self.extents.measure(mesh, cells.precision);
+        } else {
+            for &v in self.lifted.iter().flatten() {
+                self.extents.follow(mesh, v);
+            }
         }
+        self.lifted.clear();
+        (self.cells, self.range, self.lifts) = (cells, cells.range(), 0);
         self.pass = Pass::Split;
         self.cursor = 0;
         (self.asked_count, self.asked_done) = (0, 0);
@@ -231,7 +248,8 @@ impl LevelPass {
     /// Bytes that a pass takes over a mesh with room for so much, of so many triangles and boundary edges when the pass begins.
     pub fn bytes([vertices, triangles]: [usize; 2], walked: usize, boundary: usize) -> usize {
         let lists = Walk::bytes(walked, boundary) + 3 * size_of::<(Vertex, Vertex)>() * boundary;
-        lists + triangles.max(walked) + Extents::BYTES_A_VERTEX * vertices
+        let lifted = 2 * size_of::<[Vertex; 3]>() * vertices / FEW;
+        lists + triangles.max(walked) + Extents::BYTES_A_VERTEX * vertices + lifted
     }
 
     /// Takes as much room as the mesh has been given.
@@ -245,7 +263,7 @@ impl LevelPass {
     /// Whether extents are what a new measurement would find.
     #[cfg(all(test, feature = "encode"))]
     pub(super) fn is_measured(&self, mesh: &ProgressiveMesh) -> bool {
-        let fresh = Extents::new(mesh, self.precision);
+        let fresh = Extents::new(mesh, self.cells.precision);
         let used = |v: &Vertex| mesh.table.corner_of(*v).is_some();
         (0..mesh.positions.len() as u32)
             .map(Vertex)
@@ -441,6 +459,12 @@ impl LevelPass {
         Ok(false)
     }
 
+    /// Whether a vertex may be there.
+    #[inline]
+    fn holds(&self, cell: [i32; 3]) -> bool {
+        cell.iter().all(|x| (self.range[0]..=self.range[1]).contains(x))
+    }
+
     #[inline]
     fn cell(&self, v: Vertex) -> [i32; 3] {
         self.extents.cell(v).coordinates().map(truncate)
@@ -458,14 +482,15 @@ impl LevelPass {
         under: &mut Under<C, A>,
         code: impl FnOnce(&mut PositionModels, &mut C, [i32; 3]) -> Result<[i32; 3], CodingError>,
     ) -> Result<(Vertex, [i32; 3]), RefinementError> {
-        let truth = if C::ENCODES { under.answers.position().map(|x| x >> self.precision) } else { [0; 3] };
+        let precision = self.cells.precision;
+        let truth = if C::ENCODES { under.answers.position().map(|x| x >> precision) } else { [0; 3] };
         let before = under.coder.spent();
         let cell = code(&mut under.models.position, under.coder, truth)?;
         self.position_bits += under.coder.spent() - before;
-        if cell.iter().any(|x| !(0..=self.max).contains(x)) {
+        if !self.holds(cell) {
             return Err(RefinementError::OffLattice(cell));
         }
         under.coder.check()?;
-        Ok((under.answers.vertex(under.mesh), cell.map(|x| from_cell(x, self.precision))))
+        Ok((under.answers.vertex(under.mesh), cell.map(|x| from_cell(x, precision))))
     }
 }

@@ -2,6 +2,7 @@
 
 use super::answers::LevelAnswers;
 use super::keyframe::{self, Expected};
+use super::lift::Cells;
 use super::refinement::{LevelPass, SegmentModels, Unknown};
 use super::walk::Walk;
 use crate::entropy::{RangeDecoder, RangeEncoder};
@@ -13,7 +14,8 @@ use crate::simplify::{self, Method, Options};
 use bitvec::vec::BitVec;
 use proptest::prelude::*;
 
-const BITS: u32 = 16;
+/// No vertex is lifted here: that is the encoder's business.
+const CELLS: Cells = Cells { bits: 16, precision: 0, lifting: 0 };
 
 /// All triangles as positions, each in the smallest of its rotations, sorted.
 fn triangles(mesh: &ProgressiveMesh) -> Vec<[[i32; 3]; 3]> {
@@ -37,7 +39,7 @@ struct Written {
 fn write(input: &IndexedMesh, options: &Options) -> Written {
     let table = CornerTable::from_triangles(input.positions.len(), &input.triangles).unwrap();
     let (min, max) = lattice::bounds(input.positions.iter().copied()).unwrap();
-    let lattice = Lattice::over(min, max, BITS);
+    let lattice = Lattice::over(min, max, CELLS.bits);
     let finest: Vec<_> = input.positions.iter().map(|&p| lattice.quantise(p)).collect();
     let locked = BitVec::repeat(false, input.positions.len());
     let simplified =
@@ -54,8 +56,8 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     for j in (0..simplified.history.level_count()).rev() {
         let mut answers = LevelAnswers::new(&mesh.table, &simplified.history, j, &finest);
         let mut pass = match before {
-            Some(before) => before.next(&mesh, 0, BITS),
-            None => LevelPass::new(&mesh, 0, BITS),
+            Some(before) => before.next(&mesh, CELLS),
+            None => LevelPass::new(&mesh, CELLS),
         };
         let mut models = SegmentModels::default();
         let mut coder = RangeEncoder::default();
@@ -77,6 +79,48 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     written
 }
 
+/// A pass goes on from where lifts have moved vertices, be they few or many: as one that measures all.
+#[test]
+fn the_next_pass_measures_what_lifts_have_moved() {
+    let input = shapes::bumpy_sphere(4, 3);
+    let (mut few, mut many) = (0, 0);
+    for (lifting, share) in [(13, 1.0), (32, 0.02)] {
+        let cells = Cells { lifting, ..CELLS };
+        let table = CornerTable::from_triangles(input.positions.len(), &input.triangles).unwrap();
+        // In the midst of the lattice, so that nothing leaves it.
+        let place = |x: f64| 32_768 + (8_000.0 * x) as i32;
+        let places: Vec<_> = input.positions.iter().map(|p| p.map(place)).collect();
+        let locked = BitVec::repeat(false, places.len());
+        let lattice = Lattice { origin: [-4.0; 3], step: 1.0 / 8_000.0, bits: CELLS.bits };
+        let options = Options { base_vertices: Some(60), level_share: share, ..Options::default() };
+        let simplified =
+            simplify::simplify(table, &input.positions, locked, &lattice, &options, &mut |_, _| true)
+                .unwrap();
+        let base = simplified.base.compacted();
+        let mut mesh =
+            ProgressiveMesh { roots: Roots::choose(&base), table: base, positions: places.clone() };
+        let mut pass = LevelPass::new(&mesh, cells);
+        for j in (0..simplified.history.level_count()).rev() {
+            let mut answers = LevelAnswers::new(&mesh.table, &simplified.history, j, &places);
+            let mut lifts = 0;
+            for _ in simplified.history.level(j) {
+                let mut coder = RangeEncoder::default();
+                let step = pass.step(&mut mesh, &mut SegmentModels::default(), &mut coder, &mut answers);
+                lifts += usize::from(step.unwrap().unwrap().lift.is_some());
+            }
+            // Vertices have the numbers of the input here: there are as many as in the end.
+            if lifts < mesh.positions.len() / 12 {
+                few += lifts
+            } else {
+                many += lifts
+            }
+            pass = pass.next(&mesh, cells);
+            assert!(pass.is_measured(&mesh), "level {j}");
+        }
+    }
+    assert!(few > 0 && many > 0, "{few} and {many}");
+}
+
 fn check_if_small(mesh: &ProgressiveMesh) {
     if mesh.table.triangle_count() < 250 {
         mesh.table.check().unwrap();
@@ -86,7 +130,7 @@ fn check_if_small(mesh: &ProgressiveMesh) {
 fn expected(mesh: &ProgressiveMesh) -> Expected {
     let used = |v: &u32| mesh.table.corner_of(Vertex(*v)).is_some();
     let vertices = (0..mesh.table.vertex_slots() as u32).filter(used).count() as u32;
-    Expected { vertices, triangles: mesh.table.triangle_count() as u32, precision: 0, bits: BITS }
+    Expected { vertices, triangles: mesh.table.triangle_count() as u32, cells: CELLS }
 }
 
 /// Reads from the keyframe of place `start` on. `between` may permute the storage between levels, `inside` the triangles of a
@@ -103,7 +147,7 @@ fn read(
     assert_eq!(triangles(&mesh), triangles(&written.meshes[start]));
     for (level, bytes) in written.levels.iter().enumerate().skip(start) {
         between(&mut mesh);
-        let mut pass = LevelPass::new(&mesh, 0, BITS);
+        let mut pass = LevelPass::new(&mesh, CELLS);
         let mut models = SegmentModels::default();
         let mut coder = RangeDecoder::new(bytes);
         let target = expected(&written.meshes[level + 1]).vertices as usize;
@@ -221,7 +265,7 @@ fn random_mesh(shape: &IndexedMesh, steps: u32, seed: u64) -> IndexedMesh {
         }
     }
     table.check().unwrap();
-    let mut coordinate = || f64::from(random.below(1 << BITS));
+    let mut coordinate = || f64::from(random.below(1 << CELLS.bits));
     let positions = (0..table.vertex_slots()).map(|_| [coordinate(), coordinate(), coordinate()]).collect();
     let triangles = table.triangles().map(|t| table.triangle(t).map(|v| v.0)).collect();
     IndexedMesh::new(positions, triangles)

@@ -1,6 +1,7 @@
 //! The header, of a fixed size (spec §3.2), and what is told with it at the front of the table of contents (spec §3.3).
 
 use crate::error::FormatError;
+use crate::limits::MAX_LIFTING;
 #[cfg(any(test, feature = "encode"))]
 use crate::limits::MAX_TABLE_BYTES;
 use crate::mesh::lattice::Lattice;
@@ -20,6 +21,9 @@ pub struct Header {
     pub level_count: u32,
     /// The lattice of level 0: finite origin, finite step of at least 0.
     pub lattice: Lattice,
+    /// How far splits move the ends of their edges, in 64ths of the new vertex's height (spec §5.4.5): at most [`MAX_LIFTING`], and 0, not at
+    /// all, where the lattice has [`Lattice::MAX_BITS`].
+    pub lifting: u8,
     /// The largest coordinates, in lattice units; the smallest are 0.
     pub maximum: [u32; 3],
     /// Bytes of the table of contents, its checksum included.
@@ -91,21 +95,26 @@ impl Start {
         Ok(Self { table_bytes: u32::from_le_bytes([low, middle, high, 0]), bytes: *bytes })
     }
 
-    /// Checks what only a sound header need keep to.
-    pub fn check_rest(&self) -> Result<(), FormatError> {
+    /// How refinements are lifted (spec §5.4.5): what only a sound header need tell.
+    pub fn lifting(&self) -> Result<u8, FormatError> {
         let [_, _, _, _, _, _, _, _, _, _, lifting, models, rows, ..] = self.bytes;
-        match [lifting, models, rows] {
-            [0, 0, 0] => Ok(()),
-            _ => Err(FormatError::new(10, "3.2", "reserved bytes are not zero")),
+        if lifting > MAX_LIFTING {
+            let what = format!("a lifting of {lifting} 64ths; allowed 0 to {MAX_LIFTING}");
+            return Err(FormatError::new(10, "3.2", what));
         }
+        if [models, rows] != [0; 2] {
+            return Err(FormatError::new(11, "3.2", "reserved bytes are not zero"));
+        }
+        Ok(lifting)
     }
 
     /// The header of a table of so many bytes; `None` where they are too many.
     #[cfg(any(test, feature = "encode"))]
-    pub fn new(table_bytes: u32) -> Option<Self> {
+    pub fn new(table_bytes: u32, lifting: u8) -> Option<Self> {
         let mut bytes = [0; Header::SIZE];
         bytes[..8].copy_from_slice(&MAGIC);
         bytes[8..10].copy_from_slice(&VERSION.to_le_bytes());
+        bytes[10] = lifting;
         bytes[13..].copy_from_slice(&table_bytes.to_le_bytes()[..3]);
         (table_bytes <= MAX_TABLE_BYTES).then_some(Self { table_bytes, bytes })
     }
@@ -125,10 +134,10 @@ mod tests {
     #[test]
     fn golden_bytes() {
         let start = Start::read(&GOLDEN_HEADER).unwrap();
-        assert_eq!((start.table_bytes, start.check_rest()), (47, Ok(())));
-        assert_eq!(Start::new(47), Some(start));
-        assert_eq!(Start::new(MAX_TABLE_BYTES).unwrap().bytes[13..], [0xFF; 3]);
-        assert_eq!(Start::new(MAX_TABLE_BYTES + 1), None);
+        assert_eq!((start.table_bytes, start.lifting()), (47, Ok(0)));
+        assert_eq!(Start::new(47, 0), Some(start));
+        assert_eq!(Start::new(MAX_TABLE_BYTES, 32).unwrap().bytes[13..], [0xFF; 3]);
+        assert_eq!(Start::new(MAX_TABLE_BYTES + 1, 0), None);
     }
 
     #[test]
@@ -138,15 +147,14 @@ mod tests {
             (4, b"\n", 0, "not a .uwm file any more: it was transferred as text"),
             (8, &[2, 0], 8, "written by format version 2; this decoder reads version 1"),
             (8, &[0, 0], 8, "written by format version 0; this decoder reads version 1"),
-            (10, &[1], 10, "reserved bytes are not zero"),
-            (11, &[1], 10, "reserved bytes are not zero"),
-            (12, &[128], 10, "reserved bytes are not zero"),
+            (10, &[33], 10, "a lifting of 33 64ths; allowed 0 to 32"),
+            (11, &[1], 11, "reserved bytes are not zero"),
+            (12, &[128], 11, "reserved bytes are not zero"),
         ];
         for (at, bytes, offset, what) in rules {
             let mut header = GOLDEN_HEADER;
             header[at..at + bytes.len()].copy_from_slice(bytes);
-            let fault =
-                Start::read(&header).and_then(|start| start.check_rest()).expect_err("a rule is broken");
+            let fault = Start::read(&header).and_then(|start| start.lifting()).expect_err("a rule is broken");
             assert_eq!(fault, FormatError::new(offset, "3.2", what), "{bytes:?} at {at}");
         }
     }

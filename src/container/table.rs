@@ -20,14 +20,14 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
     if crc32c::crc32c_append(crc32c::crc32c(&start.bytes), body).to_le_bytes() != *checksum {
         return Err(FormatError::new(0, "3.4", "header and table of contents do not match their checksum"));
     }
-    start.check_rest()?;
+    let lifting = start.lifting()?;
     let mut table = Table {
         fields: Fields::new(body, at, "3.3"),
         atoms: Vec::new(),
         offset: at + u64::from(start.table_bytes),
         counts: [0; 2],
     };
-    let mut header = table.header(start.table_bytes)?;
+    let mut header = table.header(start.table_bytes, lifting)?;
     let (levels, steps) = table.levels(&mut header)?;
     let mut contents = Contents {
         keyframes: vec![0..0; levels.len()],
@@ -73,8 +73,12 @@ struct Entry {
 
 impl Table<'_> {
     /// All but what the levels add.
-    fn header(&mut self, table_bytes: u32) -> Result<Header, FormatError> {
+    fn header(&mut self, table_bytes: u32, lifting: u8) -> Result<Header, FormatError> {
         let (lattice, maximum) = self.lattice()?;
+        if lifting > 0 && lattice.bits == Lattice::MAX_BITS {
+            let what = format!("a lattice of {} bits leaves no room for lifting", lattice.bits);
+            return Err(FormatError::new(10, "3.2", what));
+        }
         let fields = &mut self.fields;
         let at = fields.offset();
         let level_count = fields.count(MAX_LEVELS, "the number of levels")?;
@@ -101,6 +105,7 @@ impl Table<'_> {
             base_triangles: triangles,
             level_count,
             lattice,
+            lifting,
             maximum,
             table_bytes,
         })

@@ -1,14 +1,16 @@
 //! The undo log: down again without a byte, and up again.
 
+use crate::codec::lift::{Cells, minus, plus};
 use crate::codec::refinement::Inserted;
-use crate::mesh::Vertex;
-use crate::refine::{Operation, ProgressiveMesh, from_cell};
+use crate::mesh::{CornerTable, Vertex};
+use crate::refine::{Operation, ProgressiveMesh, Site, from_cell};
 
 /// A level that was complete.
 #[derive(Clone, Debug)]
 struct Mark {
     level: u32,
-    precision: u32,
+    /// Those of its vertices, and how the level was lifted.
+    cells: Cells,
     /// Operations carried out by then.
     operations: usize,
     roots: Vec<(Vertex, Vertex)>,
@@ -26,8 +28,9 @@ pub struct Log {
     below: usize,
     /// Whether the last mark stands between two levels.
     between: bool,
-    /// All positions at the finest precision, once the mesh stands below the last mark.
-    positions: Vec<[i32; 3]>,
+    /// Where vertices were when they went, and the low bits that those which stay have lost, while the mesh stands below the last mark.
+    gone: Vec<[i32; 3]>,
+    lost: Vec<[i32; 3]>,
 }
 
 impl Log {
@@ -56,10 +59,10 @@ impl Log {
     }
 
     /// Records that a level is complete.
-    pub fn end_level(&mut self, mesh: &ProgressiveMesh, level: u32, precision: u32) {
+    pub fn end_level(&mut self, mesh: &ProgressiveMesh, level: u32, cells: Cells) {
         let roots = mesh.roots.edges().to_vec();
         self.roots += roots.len();
-        self.marks.push(Mark { level, precision, operations: self.operations.len(), roots });
+        self.marks.push(Mark { level, cells, operations: self.operations.len(), roots });
     }
 
     /// The level the mesh stands at, where that is below the last one decoded.
@@ -67,41 +70,64 @@ impl Log {
         if self.below == 0 { None } else { Some(self.mark(self.below)?.level) }
     }
 
-    /// One level down; from between two levels to the coarser of them.
-    pub fn coarsen(&mut self, mesh: &mut ProgressiveMesh) -> Option<u32> {
+    /// One level down; from between two levels to the coarser of them, the cells of the finer being `under_way`.
+    pub fn coarsen(&mut self, mesh: &mut ProgressiveMesh, under_way: Cells) -> Option<u32> {
         let last = self.marks.last()?;
-        let moved = || mesh.positions.iter().any(|&p| p != coarse(p, last.precision));
-        if self.below == 0 && (last.operations < self.operations.len() || moved()) {
-            // Where decoding stands becomes a mark of its own until it is reached again.
+        let begun = last.operations < self.operations.len();
+        let moved = || mesh.positions.iter().any(|&p| p != coarse(p, last.cells.precision));
+        if self.below == 0 && (begun || moved()) {
+            // Where decoding stands becomes a mark of its own until it is reached again. In the midst of a precision pass nothing is lifted.
+            let cells = if begun { under_way } else { Cells { precision: 0, ..under_way } };
             let (level, operations) = (last.level, self.operations.len());
-            self.marks.push(Mark { level, precision: 0, operations, roots: mesh.roots.edges().to_vec() });
+            self.marks.push(Mark { level, cells, operations, roots: mesh.roots.edges().to_vec() });
             self.between = true;
         }
-        let (fine, coarse) = (self.mark(self.below)?.clone(), self.mark(self.below + 1)?.clone());
+        let (fine, coarser) = (self.mark(self.below)?.clone(), self.mark(self.below + 1)?.clone());
         if self.below == 0 {
-            self.positions.clone_from(&mesh.positions);
+            self.gone = vec![[0; 3]; mesh.positions.len()];
+            self.lost = vec![[0; 3]; mesh.positions.len()];
         }
-        for operation in self.operations[coarse.operations..fine.operations].iter().rev() {
+        for operation in self.operations[coarser.operations..fine.operations].iter().rev() {
             operation
                 .undo(&mut mesh.table, self.flips_of(operation))
                 .expect("what was carried out can be undone in reverse");
+            lift(mesh, operation, fine.cells, plus);
+            self.gone[operation.vertex.index()] = mesh.positions[operation.vertex.index()];
+        }
+        let vertices = mesh.positions.len() - (fine.operations - coarser.operations);
+        mesh.positions.truncate(vertices);
+        if fine.cells.precision < coarser.cells.precision {
+            for (p, lost) in mesh.positions.iter_mut().zip(&mut self.lost) {
+                // Bits that had been lost before stand below those that are lost now.
+                *lost =
+                    [0, 1, 2].map(|k| low(lost[k], fine.cells.precision) | high(p[k], fine.cells.precision));
+                *p = coarse(*p, coarser.cells.precision);
+            }
         }
         self.below += 1;
-        self.settle(mesh, &coarse);
-        Some(coarse.level)
+        settle(mesh, &coarser);
+        Some(coarser.level)
     }
 
     /// One level up, among those left by [`Log::coarsen`].
     pub fn restore(&mut self, mesh: &mut ProgressiveMesh) -> Option<u32> {
         let above = self.below.checked_sub(1)?;
-        let (coarse, fine) = (self.mark(self.below)?.clone(), self.mark(above)?.clone());
-        for operation in &self.operations[coarse.operations..fine.operations] {
+        let (coarser, fine) = (self.mark(self.below)?.clone(), self.mark(above)?.clone());
+        if fine.cells.precision < coarser.cells.precision {
+            for (p, lost) in mesh.positions.iter_mut().zip(&self.lost) {
+                let s = coarser.cells.precision;
+                *p = coarse([0, 1, 2].map(|k| high(p[k], s) | low(lost[k], s)), fine.cells.precision);
+            }
+        }
+        for operation in &self.operations[coarser.operations..fine.operations] {
+            mesh.positions.push(self.gone[operation.vertex.index()]);
+            lift(mesh, operation, fine.cells, minus);
             operation
                 .apply(&mut mesh.table, self.flips_of(operation))
                 .expect("what was undone can be carried out again");
         }
         self.below = above;
-        self.settle(mesh, &fine);
+        settle(mesh, &fine);
         if above == 0 && std::mem::take(&mut self.between) {
             self.marks.pop();
         }
@@ -116,16 +142,49 @@ impl Log {
         let first = operation.first_flip as usize;
         &self.flips[first..first + operation.flip_count as usize]
     }
+}
 
-    /// Positions, roots and vertices of a level.
-    fn settle(&self, mesh: &mut ProgressiveMesh, mark: &Mark) {
-        let first = self.marks.first().map_or(0, |first| first.operations);
-        let base = self.positions.len() - (self.operations.len() - first);
-        let vertices = base + mark.operations - first;
-        mesh.positions = self.positions[..vertices].iter().map(|&p| coarse(p, mark.precision)).collect();
-        mesh.table.truncate_vertices(vertices);
-        mesh.roots.restore(&mesh.table, mark.roots.clone());
+/// Roots and vertices of a level.
+fn settle(mesh: &mut ProgressiveMesh, mark: &Mark) {
+    mesh.table.truncate_vertices(mesh.positions.len());
+    mesh.roots.restore(&mesh.table, mark.roots.clone());
+}
+
+/// Moves the ends of the edge that an operation splits, and its vertex, while the edge is whole (spec §5.4.5).
+fn lift(
+    mesh: &mut ProgressiveMesh,
+    operation: &Operation,
+    cells: Cells,
+    moved: impl Fn([i32; 3], [i32; 3]) -> [i32; 3],
+) {
+    let Site::Edge(a, b) = operation.site else { return };
+    if cells.lifting == 0 {
+        return;
     }
+    let Some([c, d]) = wings(&mesh.table, a, b) else { return };
+    let at = |v: Vertex| mesh.positions[v.index()];
+    let by = cells.lift([a, b, c, d].map(at), at(operation.vertex));
+    for w in [a, b, operation.vertex] {
+        mesh.positions[w.index()] = moved(mesh.positions[w.index()], by);
+    }
+}
+
+/// The vertices on the left and on the right of an edge, where neither of its ends is at the boundary.
+fn wings(table: &CornerTable, a: Vertex, b: Vertex) -> Option<[Vertex; 2]> {
+    if table.is_boundary(a) || table.is_boundary(b) {
+        return None;
+    }
+    let k = table.find_directed_edge(a, b);
+    Some([table.vertex(k), table.vertex(table.opposite(k))])
+}
+
+/// The bits below 2^`precision`, and those above.
+fn low(x: i32, precision: u32) -> i32 {
+    x & ((1 << precision) - 1)
+}
+
+fn high(x: i32, precision: u32) -> i32 {
+    x >> precision << precision
 }
 
 /// A position as it is at a precision.

@@ -5,6 +5,7 @@ use super::log::Log;
 use super::{Delta, Event, Options};
 use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Expected};
+use crate::codec::lift::{Cells, plus};
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{Inserted, LevelPass, RefinementError, SegmentModels, Unknown};
 use crate::codec::walk::{Tour, Walk};
@@ -14,7 +15,7 @@ use crate::error::{Error, FormatError, Result};
 use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION, make_room};
 use crate::mesh::IndexedMesh;
 use crate::mesh::corner_table::MAX_TRIANGLES;
-use crate::refine::ProgressiveMesh;
+use crate::refine::{ProgressiveMesh, Site, from_cell};
 use std::collections::VecDeque;
 use std::sync::Arc;
 
@@ -243,13 +244,9 @@ impl Session {
         payload: &[u8],
         events: &mut VecDeque<Event>,
     ) -> Result<()> {
-        let (entry, bits) = (&contents.levels[atom.level as usize], contents.header.lattice.bits);
-        let expected = Expected {
-            vertices: entry.vertices,
-            triangles: entry.triangles,
-            precision: entry.precision,
-            bits,
-        };
+        let entry = &contents.levels[atom.level as usize];
+        let cells = cells(contents, atom.level);
+        let expected = Expected { vertices: entry.vertices, triangles: entry.triangles, cells };
         let mesh = keyframe::decode(payload, expected, &mut self.budget).map_err(|e| match e {
             ConnectivityError::Limit(limit) => limit,
             other => FormatError::new(offset, "7", other.to_string()).into(),
@@ -278,7 +275,7 @@ impl Session {
         let entry = &contents.levels[level as usize];
         if let Some(log) = &mut self.log {
             self.budget.hold(&mut self.log_held, log.bytes() + Log::bytes_of_mark(&self.mesh))?;
-            log.end_level(&self.mesh, level, entry.precision);
+            log.end_level(&self.mesh, level, cells(contents, level));
         }
         self.level = Some(level);
         events.push_back(Event::Level { level, max_error: entry.max_error, rms_error: entry.rms_error });
@@ -375,11 +372,15 @@ impl Session {
         }
         moved.sort_unstable();
         moved.dedup();
+        // From the middle of a cell to that of the lowest one in it.
+        let middle = |j: u32| f64::from(from_cell(0, contents.levels[j as usize].precision));
+        let shift = 3f64.sqrt() * (middle(atom.level + 1) - middle(atom.level));
         let (v, t) = (self.mesh.positions.len() as u32, self.mesh.table.slots() as u32);
         events.push_back(Event::Refined(Delta {
             vertices: v..v,
             triangles: t..t,
             moved,
+            shift,
             ..Delta::default()
         }));
         Ok(())
@@ -394,7 +395,7 @@ impl Session {
     ) -> Result<()> {
         if let Pass::None(before) = &mut self.pass {
             let before = before.take();
-            let precision = contents.levels[atom.level as usize].precision;
+            let cells = cells(contents, atom.level);
             self.pay_for_walk()?;
             let needed = u64::from(contents.levels[atom.level as usize].triangles);
             if needed >= MAX_TRIANGLES as u64 {
@@ -407,16 +408,17 @@ impl Session {
             self.walked = self.mesh.table.slots();
             let held = LevelPass::bytes(self.mesh.room(), self.walked, self.boundary);
             self.budget.exchange(&mut self.pass_held, held)?;
-            let bits = contents.header.lattice.bits;
             self.pass = Pass::Level(Box::new(match before {
-                Some(pass) => pass.next(&self.mesh, precision, bits),
-                None => LevelPass::new(&self.mesh, precision, bits),
+                Some(pass) => pass.next(&self.mesh, cells),
+                None => LevelPass::new(&self.mesh, cells),
             }));
         }
         let first_vertex = self.mesh.positions.len() as u32;
         let first_triangle = self.mesh.table.slots() as u32;
         let mut delta = Delta::default();
-        let outcome = self.operations_of(contents, atom, payload, &mut delta);
+        let mut lifts = Vec::new();
+        let outcome = self.operations_of(contents, atom, payload, &mut delta, &mut lifts);
+        sum_up(lifts, &mut delta);
         delta.vertices = first_vertex..self.mesh.positions.len() as u32;
         delta.triangles = first_triangle..self.mesh.table.slots() as u32;
         if !delta.vertices.is_empty() {
@@ -444,6 +446,7 @@ impl Session {
         atom: &Atom,
         payload: &[u8],
         delta: &mut Delta,
+        lifts: &mut Vec<Moved>,
     ) -> Result<()> {
         let fault = |what: String| FormatError::new(atom.offset, "5.3", what);
         let until = self.options.until;
@@ -458,7 +461,7 @@ impl Session {
         for k in 0..atom.items {
             if k.is_multiple_of(CHUNK) {
                 let ahead = CHUNK.min(atom.items - k) as usize;
-                self.pay_for(contents, ahead, delta)?;
+                self.pay_for(contents, ahead, delta, lifts.capacity())?;
             }
             if self.operations >= until.operations
                 || self.mesh.table.triangle_count() as u32 + 2 > until.triangles
@@ -480,6 +483,9 @@ impl Session {
             self.operations += 1;
             if self.tells {
                 tell(delta, inserted, self.flips);
+                if let (Some(by), Site::Edge(a, b)) = (inserted.lift, inserted.site) {
+                    lifts.extend([a, b].map(|w| (w.0, by)));
+                }
             }
             if let Some(log) = &mut self.log {
                 log.push(inserted);
@@ -494,9 +500,10 @@ impl Session {
     }
 
     /// Debits the next operations, and what those before have told and recorded.
-    fn pay_for(&mut self, contents: &Contents, ahead: usize, delta: &Delta) -> Result<()> {
+    fn pay_for(&mut self, contents: &Contents, ahead: usize, delta: &Delta, lifts: usize) -> Result<()> {
         self.budget.take_work(WORK_AN_OPERATION * ahead as u64)?;
-        self.budget.hold(&mut self.told, delta.bytes())?;
+        // The list of lifts, and the one of vertices that is made of it, as if each were copied to one twice as long.
+        self.budget.hold(&mut self.told, delta.bytes() + 4 * size_of::<Moved>() * lifts)?;
         if let Some(log) = &self.log {
             self.budget.hold(&mut self.log_held, log.bytes())?;
         }
@@ -506,7 +513,11 @@ impl Session {
     pub fn coarsen(&mut self) -> Result<Option<u32>> {
         self.finest.forget(&mut self.budget);
         match &mut self.log {
-            Some(log) => Ok(log.coarsen(&mut self.mesh)),
+            Some(log) => {
+                let under_way = self.level.unwrap_or(0).saturating_sub(1);
+                let cells = self.contents.as_deref().map(|contents| cells(contents, under_way));
+                Ok(cells.and_then(|cells| log.coarsen(&mut self.mesh, cells)))
+            }
             None => Err(no_log()),
         }
     }
@@ -515,6 +526,29 @@ impl Session {
         match &mut self.log {
             Some(log) => Ok(log.restore(&mut self.mesh)),
             None => Err(no_log()),
+        }
+    }
+}
+
+/// A vertex that was there before, and by how much a split has moved it.
+type Moved = (u32, [i32; 3]);
+
+/// The cells of the vertices of a level of the file.
+fn cells(contents: &Contents, level: u32) -> Cells {
+    let header = &contents.header;
+    let precision = contents.levels[level as usize].precision;
+    Cells { bits: header.lattice.bits, precision, lifting: header.lifting }
+}
+
+/// Tells which vertices lifts have moved, and how far.
+fn sum_up(mut lifts: Vec<Moved>, delta: &mut Delta) {
+    lifts.sort_unstable_by_key(|&(v, _)| v);
+    for of_one in lifts.chunk_by(|x, y| x.0 == y.0) {
+        let by = of_one.iter().fold([0; 3], |sum, &(_, by)| plus(sum, by));
+        if by != [0; 3] {
+            delta.moved.push(of_one[0].0);
+            let squares = by.map(|x| f64::from(x) * f64::from(x));
+            delta.shift = delta.shift.max(squares.iter().sum::<f64>().sqrt());
         }
     }
 }

@@ -1,6 +1,6 @@
 //! From the history to payloads: the replay coarse to fine, with every level's refinements and keyframe.
 
-use super::schedule::Schedule;
+use super::places::Places;
 use super::work::Work;
 use super::{Options, Report};
 use crate::codec::answers::LevelAnswers;
@@ -12,7 +12,7 @@ use crate::container::{AtomKind, FileBuilder};
 use crate::entropy::RangeEncoder;
 use crate::error::Result;
 use crate::limits::{WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION};
-use crate::refine::{ProgressiveMesh, from_cell};
+use crate::refine::ProgressiveMesh;
 use crate::simplify::Simplified;
 
 /// One atom of refinements.
@@ -30,10 +30,8 @@ struct Piece {
 pub struct Levels<'a> {
     mesh: ProgressiveMesh,
     simplified: &'a Simplified,
-    /// Level 0's positions.
-    finest: &'a [[i32; 3]],
+    places: &'a Places,
     options: &'a Options,
-    schedule: &'a Schedule,
     pieces: Vec<Piece>,
     keyframes: Vec<(u32, Written)>,
     /// Vertices and triangles of each level, by number.
@@ -47,27 +45,23 @@ pub struct Levels<'a> {
 impl<'a> Levels<'a> {
     /// Sets out from the base; vertices keep the numbers of the input.
     pub fn new(
-        mut base: ProgressiveMesh,
+        base: ProgressiveMesh,
         simplified: &'a Simplified,
-        finest: &'a [[i32; 3]],
+        places: &'a Places,
         options: &'a Options,
-        schedule: &'a Schedule,
     ) -> Self {
         let base_level = simplified.history.level_count();
         let operations = simplified.history.operations().len();
-        let counts =
-            vec![((finest.len() - operations) as u32, base.table.triangle_count() as u32); base_level + 1];
-        let s = schedule.precision(base_level as u32);
-        for (position, finest) in base.positions.iter_mut().zip(finest) {
-            *position = finest.map(|x| from_cell(x >> s, s));
-        }
-        let written = keyframe::encode(&base, s);
+        let counts = vec![
+            ((base.positions.len() - operations) as u32, base.table.triangle_count() as u32);
+            base_level + 1
+        ];
+        let written = keyframe::encode(&base, places.cells(base_level).precision);
         Self {
             mesh: base,
             simplified,
-            finest,
+            places,
             options,
-            schedule,
             pieces: Vec::new(),
             keyframes: vec![(base_level as u32, written)],
             counts,
@@ -93,7 +87,7 @@ impl<'a> Levels<'a> {
             self.counts[j].0 = self.counts[j + 1].0 + self.simplified.history.level(j).len() as u32;
             self.counts[j].1 = self.mesh.table.triangle_count() as u32;
             if self.options.keyframes.contains(j as u32) {
-                let written = keyframe::encode(&self.mesh, self.schedule.precision(j as u32));
+                let written = keyframe::encode(&self.mesh, self.places.cells(j).precision);
                 self.keyframes.push((j as u32, written));
                 models = SegmentModels::default();
             }
@@ -158,14 +152,14 @@ impl<'a> Levels<'a> {
     }
 
     fn sharpen(&mut self, j: u32, models: &mut SegmentModels) {
-        let (from, to) = (self.schedule.precision(j + 1), self.schedule.precision(j));
+        let [from, to] = [j + 1, j].map(|j| self.places.cells(j as usize).precision);
         if from == to {
             return;
         }
         let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
         let mut pass = PrecisionPass::new(&self.mesh, &walk, from, to);
-        let finest = self.finest;
-        let known = |v: crate::mesh::Vertex| finest[v.index()];
+        let places = self.places;
+        let known = |v: crate::mesh::Vertex| places.lost[v.index()];
         let mut over = false;
         while !over {
             let mut coder = RangeEncoder::default();
@@ -188,12 +182,11 @@ impl<'a> Levels<'a> {
 
     fn level(&mut self, j: usize, models: &mut SegmentModels) {
         let history = &self.simplified.history;
-        let mut answers = LevelAnswers::new(&self.mesh.table, history, j, self.finest);
-        let precision = self.schedule.precision(j as u32);
-        let bits = self.options.position_bits;
+        let mut answers = LevelAnswers::new(&self.mesh.table, history, j, &self.places.born);
+        let cells = self.places.cells(j);
         let mut pass = match self.pass.take() {
-            Some(pass) => pass.next(&self.mesh, precision, bits),
-            None => LevelPass::new(&self.mesh, precision, bits),
+            Some(pass) => pass.next(&self.mesh, cells),
+            None => LevelPass::new(&self.mesh, cells),
         };
         let mut left = history.level(j).len();
         while left > 0 {

@@ -7,6 +7,7 @@ use super::decoder::check_indices;
 use super::seeds;
 use crate::codec::correction::Correction;
 use crate::codec::keyframe::{self, Expected};
+use crate::codec::lift::Cells;
 use crate::codec::order::Order;
 use crate::codec::refinement::{LevelPass, SegmentModels, Unknown};
 use crate::codec::residue::Residue;
@@ -23,6 +24,7 @@ pub fn fuzz_refinement(data: &[u8]) {
     let mut choices = Choices(data);
     let (mut mesh, lattice) = small_mesh(choices.below(SHAPES.len()));
     let mut precision = choices.below(lattice.bits as usize) as u32;
+    let lifting = choices.below(33) as u8;
     let mut models = SegmentModels::default();
     let mut coder = RangeDecoder::new(choices.0);
     for x in mesh.positions.iter_mut().flatten() {
@@ -31,13 +33,14 @@ pub fn fuzz_refinement(data: &[u8]) {
     for _ in 0..8 {
         let walk = Walk::new(&mesh.table, &mesh.roots);
         check_walk(&mesh, &walk);
-        let mut pass = LevelPass::new(&mesh, precision, lattice.bits);
+        let cells = Cells { bits: lattice.bits, precision, lifting };
+        let mut pass = LevelPass::new(&mesh, cells);
         let mut in_star = BitVec::<usize>::repeat(false, mesh.table.slots());
         loop {
             let step = pass.step(&mut mesh, &mut models, &mut coder, &mut Unknown);
             mesh.table.check().expect("every operation leaves a manifold");
             assert_eq!(mesh.positions.len(), mesh.table.vertex_slots());
-            assert!(mesh.positions.iter().flatten().all(|x| (0..=lattice.max_coordinate()).contains(x)));
+            assert!(mesh.positions.iter().all(|&p| cells.hold_position(p)));
             let Ok(step) = step else { return };
             let Some(inserted) = step else { break };
             in_star.resize(mesh.table.slots(), false);
@@ -57,13 +60,16 @@ pub fn fuzz_refinement(data: &[u8]) {
 pub fn fuzz_keyframe(data: &[u8]) {
     let mut choices = Choices(data);
     let [vertices, triangles] = [3, 1].map(|least| least + choices.below(64) as u32);
-    read_keyframe(choices.0, Expected { vertices, triangles, precision: 0, bits: 8 });
+    read_keyframe(
+        choices.0,
+        Expected { vertices, triangles, cells: Cells { bits: 8, precision: 0, lifting: 0 } },
+    );
     let mut choices = Choices(data);
     let payloads = seeds::payloads(&[AtomKind::Base, AtomKind::Keyframe]);
     let (payload, seed, level) = payloads[choices.below(payloads.len())];
     let (level, bits) = (seed.level(level), seed.lattice().bits);
-    let mut expected =
-        Expected { vertices: level.vertices, triangles: level.triangles, precision: level.precision, bits };
+    let cells = Cells { bits, precision: level.precision, lifting: seed.lifting() };
+    let mut expected = Expected { vertices: level.vertices, triangles: level.triangles, cells };
     let mut payload = payload.to_vec();
     while let Some(what) = choices.byte() {
         match what % 8 {
@@ -85,9 +91,9 @@ fn read_keyframe(payload: &[u8], expected: Expected) {
     mesh.table.check().expect("a keyframe is a manifold");
     let counts = (mesh.table.triangle_count() as u32, mesh.positions.len() as u32);
     assert_eq!(counts, (expected.triangles, expected.vertices));
-    assert!(mesh.positions.iter().flatten().all(|&x| x >= 0 && x >> expected.bits == 0));
+    assert!(mesh.positions.iter().all(|&p| expected.cells.hold_position(p)));
     check_walk(&mesh, &Walk::new(&mesh.table, &mesh.roots));
-    let again = keyframe::encode(&mesh, expected.precision).payload;
+    let again = keyframe::encode(&mesh, expected.cells.precision).payload;
     let copy = keyframe::decode(&again, expected, &mut budget()).expect("what was written can be read");
     assert_eq!(copy.positions, mesh.positions);
     assert_eq!(copy.roots.edges(), mesh.roots.edges());

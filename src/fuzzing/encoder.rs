@@ -65,10 +65,12 @@ fn any_mesh(choices: &mut Choices) -> IndexedMesh {
 }
 
 fn any_preview(choices: &mut Choices) -> Preview {
-    match choices.below(4) {
+    match choices.below(6) {
         0 => Preview::Off,
         1 => Preview::Coarse,
         2 => Preview::Schedule(vec![1]),
+        3 => Preview::Fine,
+        4 => Preview::Auto,
         _ => Preview::Schedule(vec![2, 2, 7]),
     }
 }
@@ -81,6 +83,7 @@ fn any_options(choices: &mut Choices) -> encoder::Options {
         atom_bytes: 1 + choices.below(40),
         keyframes: [Keyframes::All, Keyframes::None, Keyframes::Every(2)][choices.below(3)].clone(),
         preview: any_preview(choices),
+        lifting: choices.below(33) as u8,
         exact: [None, Some(Real::Binary64)][choices.below(2)],
         keep_order: choices.below(2) == 1,
         ..encoder::Options::default()

@@ -12,6 +12,7 @@ use crate::mesh::{IndexedMesh, Lattice, shapes};
 #[derive(Clone, Debug)]
 pub struct Seed {
     lattice: Lattice,
+    lifting: u8,
     maximum: [u32; 3],
     levels: Vec<Level>,
     pieces: Vec<Piece>,
@@ -51,6 +52,11 @@ impl Seed {
         self.lattice
     }
 
+    /// How far its levels are lifted.
+    pub fn lifting(&self) -> u8 {
+        self.lifting
+    }
+
     /// What the table says of a level.
     pub fn level(&self, j: u32) -> Level {
         self.levels[j as usize]
@@ -66,12 +72,13 @@ impl Seed {
             triangles: atom.triangles,
             bytes: file[atom.offset as usize..atom.end() as usize].to_vec(),
         });
-        let (lattice, maximum) = (header.lattice, header.maximum);
-        Self { lattice, maximum, levels: levels.clone(), pieces: pieces.collect() }
+        let (lattice, lifting, maximum) = (header.lattice, header.lifting, header.maximum);
+        Self { lattice, lifting, maximum, levels: levels.clone(), pieces: pieces.collect() }
     }
 
     fn write(self) -> Option<Vec<u8>> {
         let mut builder = FileBuilder::new(self.lattice, self.maximum, self.levels);
+        builder.lifting = self.lifting;
         for Piece { kind, level, items, triangles, bytes } in self.pieces {
             builder.atom(kind, level, items, triangles, bytes);
         }
@@ -111,6 +118,7 @@ impl Seed {
             14 => self.sharpen(choices),
             _ => {
                 self.lattice.bits = 8 + choices.below(17) as u32;
+                self.lifting = choices.below(34) as u8;
                 self.maximum = self.maximum.map(|x| x.min((1 << self.lattice.bits) - 1));
             }
         }

@@ -94,6 +94,13 @@ impl Roots {
         }
     }
 
+    /// [`Roots::insert`] where it is not known whether the root edge is gone.
+    pub fn mend(&mut self, table: &CornerTable, v: Vertex, neighbour: Vertex) {
+        let root = self.edges.get(self.number(neighbour));
+        let uprooted = root.is_some_and(|&(u, w)| !table.has_edge(u, w));
+        self.insert(table, v, neighbour, uprooted);
+    }
+
     /// Makes room for so many vertices in all.
     pub(super) fn make_room(&mut self, vertices: usize) -> Result<()> {
         let more = if self.edges.len() > 1 { vertices.saturating_sub(self.component.len()) } else { 0 };

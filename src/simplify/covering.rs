@@ -33,6 +33,30 @@ pub struct LevelError {
     pub rms: f64,
 }
 
+/// By what it is told how far a level is off once its vertices have moved.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Traces {
+    /// Some of the input's vertices, the same ones at each level.
+    pub probes: Vec<Probe>,
+    /// The triangles that are farther off than half of the largest distance, and how far at most, in steps of the lattice.
+    pub far: Vec<([Vertex; 3], f64)>,
+    /// The largest distance.
+    pub most: f64,
+}
+
+/// A vertex of the input, and where a level has it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Probe {
+    /// The vertex.
+    pub vertex: Vertex,
+    /// The triangle that covers it; three times itself where it is one of the level's.
+    pub corners: [Vertex; 3],
+    /// A third of the area round it.
+    pub weight: f32,
+    /// Its squared distance from the level's boundary, in steps of the lattice, where it is on the input's; else 0.
+    pub outline: f32,
+}
+
 const NONE: u32 = u32::MAX;
 
 impl Covering {
@@ -108,6 +132,53 @@ impl Covering {
         self.patches = patches;
     }
 
+    /// What is known of the level as it stands, of which [`Covering::error`] has just told `error`.
+    pub fn traces(&self, table: &CornerTable, places: &Places, error: &LevelError) -> Traces {
+        let most = error.max / places.frame.length(places.frame.step());
+        if !most.is_finite() {
+            return Traces::default();
+        }
+        let far = table.triangles().filter_map(|t| {
+            let mut squared = self.paths.known(t);
+            let mut at = self.first[t.index()];
+            while at != NONE {
+                squared = squared.max(self.distances[at as usize]);
+                at = self.next[at as usize];
+            }
+            let (distance, rounding) = (f64::from(squared).sqrt() / places.frame.step(), 0.75f64.sqrt());
+            (distance > 0.5 * most - rounding && distance > 0.0)
+                .then(|| (table.triangle(t), (distance + rounding).min(most)))
+        });
+        Traces { probes: self.probes(table, places), far: far.collect(), most }
+    }
+
+    /// Some of the input's vertices, picked at random.
+    fn probes(&self, table: &CornerTable, places: &Places) -> Vec<Probe> {
+        let every = self.weights.len().div_ceil(PROBES) as u32;
+        // Picked by a hash, as the order of the vertices may have a pattern.
+        let picked = |v: u32| (v.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every);
+        let (outline, step) = (self.paths.outline(), places.frame.step() as f32);
+        let probe = |v: u32, corners| Probe {
+            vertex: Vertex(v),
+            corners,
+            weight: self.weights[v as usize],
+            outline: outline[v as usize] / (step * step).max(f32::MIN_POSITIVE),
+        };
+        let mut probes = Vec::new();
+        for t in table.triangles() {
+            let mut at = self.first[t.index()];
+            while at != NONE {
+                if picked(at) {
+                    probes.push(probe(at, table.triangle(t)));
+                }
+                at = self.next[at as usize];
+            }
+        }
+        let there = (0..table.vertex_slots() as u32).filter(|&v| table.corner_of(Vertex(v)).is_some());
+        probes.extend(there.filter(|&v| picked(v)).map(|v| probe(v, [Vertex(v); 3])));
+        probes
+    }
+
     /// How far the level as it stands and the input are apart, the level's vertices moved to the lattice.
     pub fn error(&mut self, table: &CornerTable, places: &Places) -> LevelError {
         let most = self.distances.iter().fold(0.0f32, |most, &squared| most.max(squared));
@@ -168,6 +239,9 @@ impl Patch {
         (0..3).find(|&k| self.ways[k].1 != usize::MAX && beyond(k)).map(|k| self.ways[k].1)
     }
 }
+
+/// Vertices that tell how far a level is off, about.
+const PROBES: usize = 4096;
 
 /// So few vertices ask all triangles at once.
 const FEW: usize = 3;

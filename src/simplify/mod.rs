@@ -18,7 +18,7 @@ mod seconds;
 mod shadow;
 mod star;
 
-pub use covering::LevelError;
+pub use covering::{LevelError, Probe, Traces};
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
@@ -105,6 +105,8 @@ pub struct Simplified {
     pub history: History,
     /// For each level, finest first, the base last, its distance from the input.
     pub errors: Vec<LevelError>,
+    /// For each level what tells of its error once its vertices have moved.
+    pub traces: Vec<Traces>,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -134,10 +136,11 @@ pub fn simplify(
         let done = (start - vertices) as u64;
         if progress(done, start.saturating_sub(target) as u64) { Ok(()) } else { Err(Error::Cancelled) }
     };
-    let mut errors = Vec::new();
+    let (mut errors, mut traces) = (Vec::new(), Vec::new());
     let mut measure = |remover: &mut Remover| {
         let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
         errors.push(error);
+        traces.push(remover.covering.traces(&remover.table, &remover.places, &error));
         remover.watch.seconds.measure += seconds;
     };
     measure(&mut remover);
@@ -167,7 +170,7 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    Ok(Simplified { base: remover.table, history: remover.history, errors, seconds })
+    Ok(Simplified { base: remover.table, history: remover.history, errors, traces, seconds })
 }
 
 /// Vertices to stop at for a mesh of so many vertices, where [`Options::base_vertices`] is not given.

@@ -12,8 +12,8 @@ use crate::mesh::{CornerTable, Vertex};
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Jumps {
     before: f64,
-    /// Of the precision pass of the level under way, and of its operations.
-    level: [f64; 2],
+    /// Of the precision pass of the level under way, of its operations, and of the ends of split edges.
+    level: [f64; 3],
 }
 
 impl Jumps {
@@ -22,10 +22,14 @@ impl Jumps {
         self.level[1] = self.level[1].max(jump);
     }
 
-    /// Counts a precision pass of the level under way: from the middle of a cell of side 2^`from` to that of one of side 2^`to` in it.
-    pub fn precision(&mut self, from: u32, to: u32) {
-        let side = |s: u32| (1_u64 << s.min(32)) as f64;
-        self.level[0] = self.level[0].max(3_f64.sqrt() * (side(from) - side(to)) / 2.0);
+    /// Counts a part of the precision pass of the level under way, in which each vertex moves once, at most so far.
+    pub fn precision(&mut self, shift: f64) {
+        self.level[0] = self.level[0].max(shift);
+    }
+
+    /// Counts some operations of the level under way that move ends of edges, each at most so far: others may move them again.
+    pub fn lifts(&mut self, shift: f64) {
+        self.level[2] += shift;
     }
 
     /// What follows is on top of it.
@@ -35,7 +39,7 @@ impl Jumps {
 
     /// A bound of all of them together.
     pub fn sum(self) -> f64 {
-        self.before + self.level[0] + self.level[1]
+        self.before + self.level.iter().sum::<f64>()
     }
 }
 

@@ -1,6 +1,7 @@
 //! Files that are built part by part: sound ones that nobody would write.
 
 use unweld::codec::keyframe;
+use unweld::codec::lift::Cells;
 use unweld::codec::refinement::{Answers, LevelPass, SegmentModels};
 use unweld::codec::residue::Residue;
 use unweld::codec::walk::Tour;
@@ -85,7 +86,7 @@ struct Under<A> {
 
 impl<A: Answers> Under<A> {
     fn begin(mesh: &ProgressiveMesh, models: &SegmentModels, answers: A) -> Self {
-        let pass = LevelPass::new(mesh, 0, BITS);
+        let pass = LevelPass::new(mesh, Cells { bits: BITS, precision: 0, lifting: 0 });
         Self { mesh: mesh.clone(), models: models.clone(), pass, coder: RangeEncoder::default(), answers }
     }
 

@@ -45,7 +45,9 @@ impl Folder {
     fn with_sphere() -> Self {
         let folder = Self::new();
         folder.mesh("sphere.ply", &shapes::bumpy_sphere(3, 1));
-        folder.run("encode sphere.ply -o sphere.uwm --base-vertices 40 --keyframes every:3").succeeded();
+        folder
+            .run("encode sphere.ply -o sphere.uwm --base-vertices 40 --keyframes every:3 --preview off")
+            .succeeded();
         folder
     }
 

@@ -24,7 +24,10 @@ fn a_level_looks_like_the_mesh_it_decodes_to() {
         folder.run(&format!("decode sphere.uwm -o {level}.ply --level {level} -q")).succeeded();
         folder.run(&format!("view {level}.ply -o mesh.png --size 90x70 -q")).succeeded();
         folder.run(&format!("view sphere.uwm -o level.png --size 90x70 --level {level} -q")).succeeded();
-        assert_eq!(folder.bytes("mesh.png"), folder.bytes("level.png"), "level {level}");
+        // The mesh has binary32 coordinates: an edge may run on the other side of a sample.
+        let [mesh, level_itself] = ["mesh.png", "level.png"].map(|name| picture(&folder.bytes(name)).2);
+        let others = mesh.iter().zip(&level_itself).filter(|(p, q)| p != q).count();
+        assert!(mesh.len() == level_itself.len() && others < 90 * 70 / 100, "level {level}: {others}");
         assert!(covered(&folder.bytes("mesh.png")) > 90 * 70 / 4);
     }
     folder.run("view sphere.uwm -o finest.png --size 90x70").succeeded();

@@ -1,5 +1,6 @@
 //! Chapter 3: from bytes to atoms.
 
+use super::lifting::Scale;
 use super::table;
 
 /// A value, or why the file is refused: the section and the rule.
@@ -28,6 +29,8 @@ pub struct File {
     pub step: f64,
     pub bits: u32,
     pub maximum: [u64; 3],
+    /// f of §5.4.5.
+    pub lifting: u8,
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
     pub atoms: Vec<Atom>,
@@ -58,7 +61,9 @@ impl File {
         let mut fields = Fields(bytes);
         demand(fields.take(8)? == b"\x89UWM\r\n\x1A\n", "3.2: magic")?;
         demand(fields.u16()? == 1, "3.2: version")?;
-        demand(fields.take(3)? == [0; 3], "3.2: reserved")?;
+        let lifting = fields.u8()?;
+        demand(lifting <= 32, "3.2: lifting")?;
+        demand(fields.take(2)? == [0; 2], "3.2: reserved")?;
         let length = fields.u24()? as usize;
         let table = fields.take(length)?;
         demand(table.len() >= 4, "3.3: table too short")?;
@@ -76,7 +81,12 @@ impl File {
             demand(checksum(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
-        Ok(Self { origin, step, bits, maximum, levels, atoms })
+        Ok(Self { origin, step, bits, maximum, lifting, levels, atoms })
+    }
+
+    /// Of a level.
+    pub fn scale(&self, level: usize) -> Scale {
+        Scale { bits: self.bits, shift: self.levels[level].shift, factor: self.lifting }
     }
 
     /// The atoms of one kind at one level.

@@ -2,6 +2,7 @@
 
 use super::container::{Result, demand};
 use super::entropy::{Code, Number};
+use super::lifting::Scale;
 use super::symbol::Symbol;
 use super::trace::Step;
 use super::vector::{Vector, clamp, exponent, floor, larger};
@@ -23,8 +24,7 @@ impl Models {
 pub struct Reader<'a, 'b> {
     pub code: &'a mut Code<'b>,
     pub models: &'a mut Models,
-    /// Bits of a cell: those of the lattice but for the level's shift.
-    pub bits: u32,
+    pub scale: Scale,
     pub trace: &'a mut Vec<Step>,
 }
 
@@ -113,6 +113,6 @@ fn coordinate(
     };
     reader.trace.push(Step::Coordinate(read));
     cell[axis] += found;
-    demand((0..1 << reader.bits).contains(&cell[axis]), "5.4.4: off the lattice")?;
+    demand(reader.scale.holds(cell[axis]), "5.4.4: off the lattice")?;
     Ok(found as f32 - expected)
 }

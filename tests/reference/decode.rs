@@ -10,7 +10,7 @@ use super::{correction, keyframe, metadata, order, residue};
 pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> Result<Whole> {
     let shift = |j: usize| file.levels[j].shift;
     let kind = if start == file.levels.len() - 1 { BASE } else { KEYFRAME };
-    let mut mesh = keyframe::read(&file.payload(kind, start), file.levels[start], file.bits)?;
+    let mut mesh = keyframe::read(&file.payload(kind, start), file.levels[start], file.scale(start))?;
     let mut models = Models::fresh();
     see(start, &mesh);
     for j in (0..start).rev() {
@@ -19,7 +19,7 @@ pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> R
             refinement::precision_pass(&mut mesh, atoms, (shift(j + 1), shift(j)), &mut models)?;
         }
         let atoms = file.atoms_of(REFINEMENT, j);
-        refinement::level_pass(&mut mesh, atoms, (shift(j), file.bits), &mut models)?;
+        refinement::level_pass(&mut mesh, atoms, file.scale(j), &mut models)?;
         see(j, &mesh);
         if !file.atoms_of(KEYFRAME, j).is_empty() {
             models = Models::fresh();

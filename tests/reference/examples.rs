@@ -17,6 +17,7 @@ use super::coordinates::Coordinate;
 use super::draft::atom;
 use super::hostile::base_alone;
 use super::keyframe;
+use super::lifting::Scale;
 use super::refinement::{Models, trace_pass};
 use super::trace::{Placed, Step};
 use super::walk::{Edge, Mesh};
@@ -32,8 +33,9 @@ struct Pass {
 impl Pass {
     fn of(payload: &[u8], [vertices, triangles]: [u64; 2], atom: Atom) -> Self {
         let level = Level { vertices, triangles, shift: 0, max_error: 0.0, rms_error: 0.0 };
-        let mut mesh = keyframe::read(payload, level, 8).unwrap();
-        let (steps, result) = trace_pass(&mut mesh, vec![&atom], (0, 8), &mut Models::fresh(), None);
+        let mut mesh =
+            keyframe::read(payload, level, Scale { shift: level.shift, ..Scale::plain(8) }).unwrap();
+        let (steps, result) = trace_pass(&mut mesh, vec![&atom], Scale::plain(8), &mut Models::fresh(), None);
         result.unwrap();
         Self { mesh, steps }
     }
@@ -143,7 +145,10 @@ fn the_square_from_a_coarser_lattice() {
     assert_eq!(agree(&draft.bytes()).unwrap(), in_other_pieces);
     // As the base stands in the middle of its cells.
     let level = Level { vertices: 4, triangles: 2, shift: 2, max_error: 0.0, rms_error: 0.0 };
-    let mut points = keyframe::read(&draft.atoms[0].bytes, level, 8).unwrap().points;
+    let mut points =
+        keyframe::read(&draft.atoms[0].bytes, level, Scale { shift: level.shift, ..Scale::plain(8) })
+            .unwrap()
+            .points;
     points.sort_unstable();
     assert_eq!(points, [[2, 2, 2], [2, 254, 2], [254, 2, 2], [254, 254, 2]]);
 }

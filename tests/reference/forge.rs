@@ -7,6 +7,7 @@ use super::container::{Atom, Level, REFINEMENT, Result};
 use super::coordinates::Coordinate;
 use super::entropy::{Code, Part, Tap};
 use super::keyframe::read_code;
+use super::lifting::Scale;
 use super::refinement::{Models, bit_length, trace_pass};
 use super::symbol::Symbol;
 use super::trace::Step;
@@ -18,7 +19,7 @@ const BITS: u32 = 8;
 /// The answers in the code of a sound base or keyframe: decisions, all of them.
 pub fn answers(code: &[u8], boundary: u64, level: Level) -> Vec<u64> {
     let tap = RefCell::default();
-    read_code(&mut Code::tapped(code, &tap), boundary, level, BITS).expect("a sound code");
+    read_code(&mut Code::tapped(code, &tap), boundary, level, Scale::plain(BITS)).expect("a sound code");
     tap.into_inner().log.into_iter().map(|(_, answer)| answer).collect()
 }
 
@@ -26,7 +27,7 @@ pub fn answers(code: &[u8], boundary: u64, level: Level) -> Vec<u64> {
 pub fn code(answers: &[u64], boundary: u64, level: Level) -> Vec<u8> {
     let tap = scripted(answers);
     // The verdict is of no interest here: the code goes to both decoders.
-    let _ = read_code(&mut Code::tapped(&[], &tap), boundary, level, BITS);
+    let _ = read_code(&mut Code::tapped(&[], &tap), boundary, level, Scale::plain(BITS));
     encode(tap.into_inner().log.into_iter().map(|(part, _)| part))
 }
 
@@ -40,15 +41,15 @@ pub struct Forged {
     pub verdict: Result<()>,
 }
 
-/// From this mesh on a lattice of so many bits, a code in which a reader finds these answers, then what `Tap::script` says:
+/// From this mesh, to a level of this scale, a code in which a reader finds these answers, then what `Tap::script` says:
 /// for at most so many operations, and no more than there turn out to be.
-pub fn refinement(mesh: impl Fn() -> Mesh, answers: &[u64], most: u64, bits: u32) -> Forged {
+pub fn refinement(mesh: impl Fn() -> Mesh, answers: &[u64], most: u64, scale: Scale) -> Forged {
     let pass = |items, triangles| {
         let (mut mesh, tap) = (mesh(), scripted(answers));
         let before = (mesh.points.len(), mesh.third.len());
         let atom = Atom { kind: REFINEMENT, level: 0, items, triangles, length: 0, sum: 0, bytes: vec![] };
         let models = &mut Models::fresh();
-        let (steps, verdict) = trace_pass(&mut mesh, vec![&atom], (0, bits), models, Some(&tap));
+        let (steps, verdict) = trace_pass(&mut mesh, vec![&atom], scale, models, Some(&tap));
         let bytes = encode(tap.into_inner().log.into_iter().map(|(part, _)| part));
         let added = ((mesh.points.len() - before.0) as u64, (mesh.third.len() - before.1) as u64 / 3);
         (added, Forged { bytes, vertices: items, triangles, steps, verdict })

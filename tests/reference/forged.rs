@@ -23,7 +23,11 @@ struct Stage {
 
 impl Stage {
     fn of(mesh: &IndexedMesh, bits: u32) -> Self {
-        let mut options = Options { position_bits: bits, ..Options::default() };
+        Self::lifted(mesh, bits, 0)
+    }
+
+    fn lifted(mesh: &IndexedMesh, bits: u32, lifting: u8) -> Self {
+        let mut options = Options { position_bits: bits, lifting, ..Options::default() };
         options.simplify.base_vertices = Some(mesh.positions.len());
         let bytes = Encoder::new(options).encode_to_vec(mesh).unwrap();
         let mut draft = Draft::of(&bytes);
@@ -34,11 +38,11 @@ impl Stage {
     }
 
     fn mesh(&self) -> Mesh {
-        keyframe::read(&self.file.payload(BASE, 0), self.file.levels[0], self.file.bits).unwrap()
+        keyframe::read(&self.file.payload(BASE, 0), self.file.levels[0], self.file.scale(0)).unwrap()
     }
 
     fn forge(&self, answers: &[u64], most: u64) -> Forged {
-        forge::refinement(|| self.mesh(), answers, most, self.file.bits)
+        forge::refinement(|| self.mesh(), answers, most, self.file.scale(0))
     }
 
     /// The base and this level.
@@ -154,6 +158,46 @@ fn nowhere_else() {
     }
 }
 
+/// With lifting there is a margin of a quarter on each side, for new vertices and for those that lifts move.
+#[test]
+fn nowhere_beyond_the_margin() {
+    let (mut moved, mut refused) = (0, 0);
+    for bits in [8, 16, 23] {
+        let stage = Stage::lifted(&shapes::sphere(1), bits, 32);
+        let (margin, last) = (1i64 << (bits - 2), (1i64 << bits) - 1);
+        let answers = first(&stage, SITES[0]).expect("the first edge can be split");
+        for axis in 0..3 {
+            for wrong in [-margin - 1, last + margin + 1, -1 << 31] {
+                let mut target = [last / 2; 3];
+                target[axis] = wrong;
+                let level = aim(&stage, answers.clone(), target);
+                assert!(matches!(&level.verdict, Err(why) if !why.starts_with("§5.2")), "{wrong}");
+                assert!(stage.judge(&level).is_none());
+            }
+            for target in [-margin, last + margin].map(|x| {
+                let mut target = [last / 2; 3];
+                target[axis] = x;
+                target
+            }) {
+                // The ends fly the other way: from where they are, perhaps off the lattice.
+                let level = aim(&stage, answers.clone(), target);
+                match &level.verdict {
+                    Err(why) => {
+                        assert_eq!(why, "§5.4.5: off the lattice");
+                        assert!(stage.judge(&level).is_none());
+                        refused += 1;
+                    }
+                    Ok(()) => {
+                        let seen = stage.judge(&level).expect("it is sound");
+                        moved += usize::from(!seen.whole.positions.contains(&stage.file.position(target)));
+                    }
+                }
+            }
+        }
+    }
+    assert!(moved > 0 && refused > 0, "{moved} moved, {refused} refused");
+}
+
 #[test]
 fn numbers_too_large() {
     for stage in stages() {
@@ -222,8 +266,8 @@ proptest! {
     #![proptest_config(ProptestConfig::with_cases(600))]
 
     #[test]
-    fn any_answers(mesh in drawn_out(), bits in 8..25u32, answers in answers(), most in 1..40u64) {
-        let stage = Stage::of(&mesh, bits);
+    fn any_answers(mesh in drawn_out(), bits in 8..25u32, lifting in 0..33u8, answers in answers(), most in 1..40u64) {
+        let stage = Stage::lifted(&mesh, bits, if bits < 24 { lifting } else { 0 });
         let level = stage.forge(&answers, most);
         prop_assert_eq!(stage.judge(&level).is_some(), level.verdict.is_ok());
     }

@@ -37,7 +37,7 @@ impl Stage {
         let mut draft = Draft::of(&Encoder::new(options).encode_to_vec(mesh).unwrap());
         draft.atoms.retain(|a| a.kind == BASE);
         let file = File::read(&draft.bytes()).unwrap();
-        let mesh = keyframe::read(&file.payload(BASE, 0), file.levels[0], file.bits).unwrap();
+        let mesh = keyframe::read(&file.payload(BASE, 0), file.levels[0], file.scale(0)).unwrap();
         Self { file, draft, mesh }
     }
 

@@ -26,7 +26,8 @@ fn path(name: &str) -> PathBuf {
 /// What the encoder wrote, with what it wrote it from.
 fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
     let small = |bits, base, seed| {
-        let mut options = Options { position_bits: bits, atom_bytes: 60, ..Options::default() };
+        let mut options =
+            Options { position_bits: bits, atom_bytes: 60, preview: Preview::Off, ..Options::default() };
         options.simplify.base_vertices = Some(base);
         options.simplify.seed = seed;
         // Many levels of a small mesh.
@@ -174,6 +175,8 @@ fn they_are_what_the_read_me_says() {
     assert_eq!((joined.levels[0].vertices, joined.levels[0].triangles), (30, 60));
     assert_eq!((beyond("joined.uwm"), joined.levels.len()), ([true, false], 9));
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
+    let lifting = |name| File::read(&load(name)).unwrap().lifting;
+    assert_eq!(["torus.uwm", "sphere.uwm", "hand.uwm"].map(lifting), [13, 13, 0]);
 }
 
 #[test]

@@ -5,21 +5,22 @@ use std::collections::BTreeSet;
 use super::connectivity::{self, Gluing, next, prev};
 use super::container::{Fields, Level, Result, demand};
 use super::entropy::{Code, Model, Number};
+use super::lifting::Scale;
 use super::refinement::{bit_length, from_cell};
 use super::walk::{Mesh, Walk};
 
-/// The level in the payload of a base or keyframe; `bits` are those of the lattice.
-pub fn read(payload: &[u8], level: Level, bits: u32) -> Result<Mesh> {
+/// The level in the payload of a base or keyframe; of this scale.
+pub fn read(payload: &[u8], level: Level, scale: Scale) -> Result<Mesh> {
     let mut fields = Fields(payload);
     let boundary = fields.varint()?;
     let mut code = Code::start(fields.0);
-    let mesh = read_code(&mut code, boundary, level, bits)?;
+    let mesh = read_code(&mut code, boundary, level, scale)?;
     code.end()?;
     Ok(mesh)
 }
 
 /// The same from the code behind the number of boundary edges.
-pub fn read_code(code: &mut Code, boundary: u64, level: Level, bits: u32) -> Result<Mesh> {
+pub fn read_code(code: &mut Code, boundary: u64, level: Level, scale: Scale) -> Result<Mesh> {
     demand(boundary <= 3 * level.triangles, "7: boundary edges")?;
     let count = level.triangles + boundary;
     demand(count < 1 << 30, "7: triangles and caps")?;
@@ -28,7 +29,7 @@ pub fn read_code(code: &mut Code, boundary: u64, level: Level, bits: u32) -> Res
     let caps = read_caps(code, &gluing, &fans, boundary)?;
     let mut mesh = open(&gluing, &fans, &caps, boundary)?;
     demand(mesh.component.len() as u64 == level.vertices, "7.1.1: number of vertices")?;
-    mesh.points = read_positions(code, &mesh, level.shift, bits)?;
+    mesh.points = read_positions(code, &mesh, scale)?;
     Ok(mesh)
 }
 
@@ -160,7 +161,7 @@ fn check_fans(mesh: &Mesh) -> Result<()> {
 }
 
 /// §7.2: lattice points, by vertex.
-fn read_positions(code: &mut Code, mesh: &Mesh, shift: u32, bits: u32) -> Result<Vec<[i64; 3]>> {
+fn read_positions(code: &mut Code, mesh: &Mesh, scale: Scale) -> Result<Vec<[i64; 3]>> {
     let mut models = vec![Number::FRESH; 34];
     let mut cells: Vec<Option<[i64; 3]>> = vec![None; mesh.component.len()];
     let mut previous = [0; 3];
@@ -182,11 +183,11 @@ fn read_positions(code: &mut Code, mesh: &Mesh, shift: u32, bits: u32) -> Result
             for x in &mut cell {
                 *x += code.signed(&mut models[context])?;
             }
-            demand(cell.iter().all(|x| (0..1 << (bits - shift)).contains(x)), "7.2: off the lattice")?;
+            demand(cell.iter().all(|&x| scale.holds(x)), "7.2: off the lattice")?;
             cells[v] = Some(cell);
             previous = cell;
         }
     }
     let known = cells.into_iter().flatten();
-    Ok(known.map(|cell| cell.map(|x| from_cell(x, shift))).collect())
+    Ok(known.map(|cell| cell.map(|x| from_cell(x, scale.shift))).collect())
 }

@@ -12,6 +12,7 @@ mod decode;
 mod entropy;
 mod grids;
 mod keyframe;
+mod lifting;
 mod metadata;
 mod order;
 mod position;

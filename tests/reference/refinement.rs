@@ -1,13 +1,14 @@
 //! Chapter 5: from a level to the next finer one.
 
 use std::cell::RefCell;
-use std::collections::VecDeque;
+use std::collections::{HashSet, VecDeque};
 
 use super::codes::Codes;
 use super::container::{Atom, Result, demand};
 use super::contexts;
 use super::coordinates::{self, Reader};
 use super::entropy::{Model, Tap};
+use super::lifting::Scale;
 use super::position::{self, Frame};
 use super::trace::Step;
 use super::vector::{Vector, dot, larger};
@@ -71,28 +72,24 @@ pub fn precision_pass(
     demand(codes.complete(), "5.2: the pass ends before its atoms")
 }
 
-/// §5.3: to a level of this shift, on a lattice of so many bits.
-pub fn level_pass(
-    mesh: &mut Mesh,
-    atoms: Vec<&Atom>,
-    (shift, bits): (u32, u32),
-    models: &mut Models,
-) -> Result<()> {
-    trace_pass(mesh, atoms, (shift, bits), models, None).1
+/// §5.3: to a level of this scale.
+pub fn level_pass(mesh: &mut Mesh, atoms: Vec<&Atom>, scale: Scale, models: &mut Models) -> Result<()> {
+    trace_pass(mesh, atoms, scale, models, None).1
 }
 
 /// The same; all codes may be tapped. What has been done is told even where it ends in a refusal.
 pub fn trace_pass(
     mesh: &mut Mesh,
     atoms: Vec<&Atom>,
-    (shift, bits): (u32, u32),
+    scale: Scale,
     models: &mut Models,
     tap: Option<&RefCell<Tap>>,
 ) -> (Vec<Step>, Result<()>) {
     let walk = Walk::of(mesh);
     let old = mesh.points.len();
     let codes = Codes::of(atoms, tap);
-    let mut pass = Pass { mesh, codes, models, shift, bits, old, trace: Vec::new() };
+    let cells = mesh.points.iter().map(|point| point.map(|x| x >> scale.shift)).collect();
+    let mut pass = Pass { mesh, codes, models, scale, cells, old, trace: Vec::new() };
     let result = pass.run(walk);
     (pass.trace, result)
 }
@@ -101,8 +98,9 @@ struct Pass<'a> {
     mesh: &'a mut Mesh,
     codes: Codes<'a>,
     models: &'a mut Models,
-    shift: u32,
-    bits: u32,
+    scale: Scale,
+    /// P.
+    cells: Vec<[i64; 3]>,
     /// Vertices from this one on are new.
     old: usize,
     trace: Vec<Step>,
@@ -111,11 +109,12 @@ struct Pass<'a> {
 impl<'a> Pass<'a> {
     fn run(&mut self, walk: Walk) -> Result<()> {
         let boundary = walk.boundary(self.mesh);
+        let outline: HashSet<usize> = boundary.iter().flat_map(|&(a, b)| [a, b]).collect();
         for together in walk.edges.chunks(64) {
             let size = |&k: &Edge| contexts::size(self.mesh, k, |v| self.cell(v));
             let sizes: Vec<f32> = together.iter().map(size).collect();
             for (&k, size) in together.iter().zip(sizes) {
-                self.split(k, size)?;
+                self.split(k, size, &outline)?;
             }
         }
         for c in walk.triangles {
@@ -127,8 +126,8 @@ impl<'a> Pass<'a> {
         demand(self.codes.complete(), "5.2: the pass ends before its atoms")
     }
 
-    /// `size` is that of the edge when it was looked at (§5.5.2).
-    fn split(&mut self, k: Edge, size: f32) -> Result<()> {
+    /// `size` is that of the edge when it was looked at (§5.5.2), `outline` are the vertices of the boundary.
+    fn split(&mut self, k: Edge, size: f32, outline: &HashSet<usize>) -> Result<()> {
         let o = (k.1, k.0);
         if self.codes.complete()
             || self.is_starred(k)
@@ -156,6 +155,12 @@ impl<'a> Pass<'a> {
         self.mesh.add([c, a, v]);
         self.mesh.add([c, v, b]);
         if let Some(d) = interior {
+            if self.scale.factor > 0 && !outline.contains(&a) && !outline.contains(&b) {
+                let by = self.scale.lift([a, b, c, d, v].map(|w| self.mesh.points[w]));
+                for w in [a, b, v] {
+                    self.mesh.points[w] = self.scale.moved(self.mesh.points[w], by)?;
+                }
+            }
             self.mesh.remove([d, b, a]);
             self.mesh.add([d, b, v]);
             self.mesh.add([d, v, a]);
@@ -239,19 +244,20 @@ impl<'a> Pass<'a> {
     /// What a position is read with; the models are those of splits alone.
     fn reader(&mut self) -> (Reader<'_, 'a>, &mut position::Models) {
         let Models { coordinates, splits, .. } = &mut *self.models;
-        let bits = self.bits - self.shift;
-        (Reader { code: &mut self.codes.code, models: coordinates, bits, trace: &mut self.trace }, splits)
+        let scale = self.scale;
+        (Reader { code: &mut self.codes.code, models: coordinates, scale, trace: &mut self.trace }, splits)
     }
 
     /// A vertex with this cell in the component of another.
     fn vertex(&mut self, cell: [i64; 3], near: usize) -> usize {
-        self.mesh.points.push(cell.map(|x| from_cell(x, self.shift)));
+        self.cells.push(cell);
+        self.mesh.points.push(cell.map(|x| from_cell(x, self.scale.shift)));
         self.mesh.component.push(self.mesh.component[near]);
         self.mesh.points.len() - 1
     }
 
     fn cell(&self, v: usize) -> [i64; 3] {
-        self.mesh.points[v].map(|x| x >> self.shift)
+        self.cells[v]
     }
 
     /// Whether a listed triangle has a new vertex by now, or is gone, since it was rewritten with one.

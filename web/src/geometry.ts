@@ -120,7 +120,7 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     const start = performance.now();
     this.last = delta;
     for (const { level } of delta.levels) this.finest = level;
-    if (contents !== this.contents) this.#bound(contents);
+    if (contents !== this.contents || delta.levels.some(({ level }) => level === 0)) this.#bound(contents);
     if (delta.firstVertex === 0) this.#shrink(vertices, triangles);
     this.vertices = vertices;
     this.triangles = triangles;
@@ -208,15 +208,17 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     if (!freshBorn) upload(born, 1, firstVertex, vertices);
   }
 
-  /** The bounding box is known from the first bytes on. */
+  /** The bounding box is known from the first bytes on. Vertices of coarse levels can lie outside the input's, by no more than their level's error. */
   #bound(contents: Contents): void {
     this.contents = contents;
     const relative = this.#stream.relative;
     const min = new Vector3(...(relative ? [0, 0, 0] : contents.min));
     const max = new Vector3(...contents.max);
     if (relative) max.sub(new Vector3(...contents.min));
-    this.boundingBox = new Box3(min, max);
-    this.boundingSphere = this.boundingBox.getBoundingSphere(new Sphere());
+    const box = new Box3(min, max);
+    if (this.finest !== 0) box.expandByScalar(Math.max(...contents.levels.map((level) => level.maxError)));
+    this.boundingBox = box;
+    this.boundingSphere = box.getBoundingSphere(new Sphere());
   }
 
   /**

@@ -1,8 +1,9 @@
 //! The star of a new vertex: the split of an edge, the flips of its link edges, what the triangles round it are told (spec §5.3).
 
-use super::{Answers, CONTEXTS, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
+use super::{Answers, CONTEXTS, FEW, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
 use crate::codec::context;
 use crate::codec::extents::{Spokes, length_squared, squares_from};
+use crate::codec::lift::minus;
 use crate::codec::position::Surroundings;
 use crate::codec::vector::{Vector, truncate};
 use crate::entropy::BitCoder;
@@ -71,9 +72,22 @@ impl LevelPass {
         };
         let (v, position) =
             self.code_vertex(under, |models, coder, known| models.split(coder, &around, known))?;
+        let lift = if o.is_some() { self.lift(under.mesh, [a, b, left, right], position)? } else { None };
         let (corners, count) = stellar::split_edge(&mut under.mesh.table, k, v);
         self.place(under.mesh, v, position);
         self.begin(&under.mesh.table, v, Site::Edge(a, b), count / 2);
+        if let Some(by) = lift {
+            // Only here: what is predicted goes on from where they were when the level began.
+            for w in [a, b, v] {
+                let place = &mut under.mesh.positions[w.index()];
+                *place = minus(*place, by);
+            }
+            self.inserted.lift = lift;
+            self.lifts += 1;
+            if self.lifted.len() < under.mesh.positions.len() / FEW {
+                self.lifted.push([a, b, v]);
+            }
+        }
         let [new_left, old_left, new_right, old_right] = corners;
         if o.is_some() {
             self.star(&[new_left, new_right, old_left, old_right]);
@@ -103,6 +117,32 @@ impl LevelPass {
         self.extents.settle(v, star.spokes);
         under.mesh.roots.insert(&under.mesh.table, v, a, star.uproots);
         Ok(())
+    }
+
+    /// By how much the split of an interior edge a–b, with c on its left and d on its right, moves its ends and the new vertex, which
+    /// is coded to lie at `position`; `None` where they stay.
+    #[inline]
+    fn lift(
+        &self,
+        mesh: &ProgressiveMesh,
+        [a, b, c, d]: [Vertex; 4],
+        position: [i32; 3],
+    ) -> Result<Option<[i32; 3]>, RefinementError> {
+        if self.cells.lifting == 0 {
+            return Ok(None);
+        }
+        let [at_a, at_b, at_c, at_d] = [a, b, c, d].map(|w| mesh.positions[w.index()]);
+        let by = self.cells.lift([at_a, at_b, at_c, at_d], position);
+        let on_boundary = |w: Vertex| mesh.table.is_boundary(w);
+        if by == [0; 3] || !self.boundary.is_empty() && (on_boundary(a) || on_boundary(b)) {
+            return Ok(None);
+        }
+        for place in [at_a, at_b, position].map(|p| minus(p, by)) {
+            if !self.holds(place.map(|x| x >> self.cells.precision)) {
+                return Err(RefinementError::OffLattice(place));
+            }
+        }
+        Ok(Some(by))
     }
 
     /// Asks, first in first out, for the flips of the link edges of `v`, of which the first `tail` stand in the queue. Those that
@@ -165,6 +205,7 @@ impl LevelPass {
         self.inserted.flips.clear();
         self.inserted.star.clear();
         self.inserted.created = created;
+        self.inserted.lift = None;
     }
 
     /// Counts the triangles of some corners at the new vertex to its star.

@@ -1,0 +1,224 @@
+//! Where the vertices of all levels are: level 0's on the lattice, those of coarser ones lifted (spec §5.4.5) and less precise (spec §5.6).
+//!
+//! What a split moves can be told from where it has moved it. So the levels are gone through from fine to coarse, the splits of each in
+//! the reverse of the order in which a decoder will come to them; and that order follows from the walks of the levels, from coarse to fine.
+
+use super::Options;
+use super::schedule::Schedule;
+use crate::codec::lift::{Cells, plus};
+use crate::codec::walk::Walk;
+use crate::mesh::distance::point_triangle_distance_squared;
+use crate::mesh::{CornerTable, Lattice, Vertex};
+use crate::refine::{History, ProgressiveMesh, Roots, Site, from_cell};
+use crate::simplify::{Simplified, Traces};
+use glam::DVec3;
+
+/// The places, by vertex, and the cells, by level.
+#[derive(Debug)]
+pub struct Places {
+    /// Where the split puts it that inserts it, or where the base has it; at full scale.
+    pub born: Vec<[i32; 3]>,
+    /// The bits that precision passes tell of it.
+    pub lost: Vec<[i32; 3]>,
+    /// How far splits move the ends of their edges, in 64ths.
+    pub lifting: u8,
+    bits: u32,
+    /// The shifts of the levels, by number.
+    shifts: Vec<u32>,
+}
+
+/// How far off a level is.
+#[derive(Clone, Copy, Debug)]
+struct Change {
+    /// The largest distance beyond what it was, at most, in steps of the lattice.
+    max: f64,
+    /// The mean squared distance over what it was.
+    squares: f64,
+    /// The mean distance of the input's vertices, in steps of the lattice.
+    mean: f64,
+}
+
+impl Places {
+    /// Finds them, for the base with all vertices where level 0 has them; puts the base's where they belong, and the levels' errors right.
+    pub fn of_all_levels(
+        base: &mut ProgressiveMesh,
+        simplified: &mut Simplified,
+        lattice: &Lattice,
+        options: &Options,
+    ) -> Self {
+        let finest = std::mem::take(&mut base.positions);
+        let traces = std::mem::take(&mut simplified.traces);
+        let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
+        let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };
+        let (places, changes) = loop {
+            let schedule = Schedule::new(options, lattice, lifting > 0);
+            let mut places = Self {
+                born: finest.clone(),
+                lost: Vec::new(),
+                lifting,
+                bits: lattice.bits,
+                shifts: vec![0; simplified.history.level_count() + 1],
+            };
+            // A mesh of few vertices may be lifted beyond the margin: then less of it is.
+            match places.coarsen(&finest, simplified, &splits, &traces, schedule) {
+                Some(changes) => break (places, changes),
+                None => lifting /= 2,
+            }
+        };
+        let changes = if lifting > 0 { changes } else { Vec::new() };
+        for (error, change) in simplified.errors.iter_mut().zip(changes) {
+            error.max += change.max * lattice.step;
+            error.rms *= change.squares.sqrt();
+        }
+        base.positions.clone_from(&places.born);
+        places
+    }
+
+    /// The cells of a level.
+    pub fn cells(&self, level: usize) -> Cells {
+        Cells { bits: self.bits, precision: self.shifts[level], lifting: self.lifting }
+    }
+
+    /// Goes from level 0 to the base; `None` where a vertex leaves the margin.
+    fn coarsen(
+        &mut self,
+        finest: &[[i32; 3]],
+        simplified: &Simplified,
+        splits: &[Vec<Split>],
+        traces: &[Traces],
+        schedule: Schedule,
+    ) -> Option<Vec<Change>> {
+        let mut gone = vec![false; finest.len()];
+        let mut changes = Vec::new();
+        for j in 0..self.shifts.len() {
+            let change = self.change(finest, &traces[j], &gone);
+            changes.push(change);
+            if j > 0 {
+                self.shifts[j] = schedule.shift(j, change.mean, self.shifts[j - 1]);
+                self.blur(j, &gone)?;
+            }
+            let cells = self.cells(j);
+            for &Split { ends: [a, b], wings: [c, d], vertex } in splits.get(j).into_iter().flatten().rev() {
+                let at = |v: Vertex| self.born[v.index()];
+                let by = cells.lift([a, b, c, d].map(at), at(vertex));
+                for w in [a, b, vertex] {
+                    let place = plus(self.born[w.index()], by);
+                    if !cells.hold_position(place) {
+                        return None;
+                    }
+                    self.born[w.index()] = place;
+                }
+            }
+            for operation in simplified.history.level(j) {
+                gone[operation.vertex.index()] = true;
+            }
+        }
+        Some(changes)
+    }
+
+    /// Takes from the vertices of a level the bits that it lacks beside the next finer one.
+    fn blur(&mut self, level: usize, gone: &[bool]) -> Option<()> {
+        let [from, to] = [level - 1, level].map(|j| self.cells(j));
+        if from.precision == to.precision {
+            return Some(());
+        }
+        self.lost.resize(self.born.len(), [0; 3]);
+        let there = self.born.iter_mut().zip(&mut self.lost).zip(gone).filter(|(_, gone)| !**gone);
+        for ((place, lost), _) in there {
+            // Bits that had been lost before stand below those that are lost now.
+            let low = (1 << from.precision) - 1;
+            *lost = [0, 1, 2].map(|k| lost[k] & low | place[k] & !low);
+            *place = place.map(|x| from_cell(x >> to.precision, to.precision));
+            if !to.hold_position(*place) {
+                return None;
+            }
+        }
+        Some(())
+    }
+
+    /// How far the level as it stands is from the input, beside the one of the same triangles with all vertices where level 0 has them.
+    fn change(&self, finest: &[[i32; 3]], traces: &Traces, gone: &[bool]) -> Change {
+        let point = |p: [i32; 3]| DVec3::from_array(p.map(f64::from));
+        let (mut before, mut after, mut mean, mut total) = (0.0, 0.0, 0.0, 0.0);
+        for probe in &traces.probes {
+            let p = point(finest[probe.vertex.index()]);
+            let squared = |places: &[[i32; 3]]| {
+                let [a, b, c] = probe.corners.map(|v| point(places[v.index()]));
+                point_triangle_distance_squared(p, a, b, c).max(probe.outline.into())
+            };
+            let weight = f64::from(probe.weight);
+            let now = squared(&self.born);
+            before += weight * squared(finest);
+            after += weight * now;
+            mean += weight * now.sqrt();
+            total += weight;
+        }
+        // No point of a triangle has moved farther than its corners.
+        let apart = |v: usize| point(finest[v]).distance_squared(point(self.born[v]));
+        let farthest = (0..gone.len()).filter(|&v| !gone[v]).map(apart).fold(0.0, f64::max).sqrt();
+        let of_triangle =
+            |corners: &[Vertex; 3]| corners.map(|v| apart(v.index())).into_iter().fold(0.0, f64::max).sqrt();
+        let far = traces.far.iter().map(|(corners, distance)| distance + of_triangle(corners));
+        let max = far.fold(0.5 * traces.most + farthest, f64::max);
+        // What a lattice moves at random is in both.
+        let rounding = total / 12.0;
+        let (squares, mean) =
+            if total > 0.0 { ((after + rounding) / (before + rounding), mean / total) } else { (1.0, 0.0) };
+        Change { max: (max - traces.most).max(0.0), squares, mean }
+    }
+}
+
+/// A split of an interior edge that moves its ends.
+#[derive(Clone, Copy, Debug)]
+struct Split {
+    /// The ends, as the walk has their edge.
+    ends: [Vertex; 2],
+    /// The vertices on its left and on its right.
+    wings: [Vertex; 2],
+    vertex: Vertex,
+}
+
+/// The splits of each level that move the ends of their edges, in the order of the level's walk.
+fn splits(history: &History, base: &ProgressiveMesh) -> Vec<Vec<Split>> {
+    let (mut table, mut roots) = (base.table.clone(), base.roots.clone());
+    let mut levels = vec![Vec::new(); history.level_count()];
+    for j in (0..levels.len()).rev() {
+        levels[j] = of_level(history, j, &table, &roots);
+        for operation in history.level(j) {
+            operation
+                .apply(&mut table, history.flips(operation))
+                .expect("the history leads back from the base");
+            let (Site::Edge(beside, _) | Site::Face(beside, ..) | Site::Attach(beside, _)) = operation.site;
+            roots.mend(&table, operation.vertex, beside);
+        }
+    }
+    levels
+}
+
+fn of_level(history: &History, j: usize, table: &CornerTable, roots: &Roots) -> Vec<Split> {
+    let mut of_triangle = vec![Vertex::NONE; table.slots()];
+    for operation in history.level(j) {
+        let Site::Edge(a, b) = operation.site else { continue };
+        if table.is_boundary(a) || table.is_boundary(b) {
+            continue;
+        }
+        let k = table.find_directed_edge(a, b);
+        for c in [k, table.opposite(k)] {
+            of_triangle[c.triangle().index()] = operation.vertex;
+        }
+    }
+    let mut splits = Vec::new();
+    for &k in &Walk::new(table, roots).edges {
+        let o = table.opposite(k);
+        if o.is_none() {
+            continue;
+        }
+        // No two splits have a triangle in common: the edge is split where both triangles belong to the same one.
+        let vertex = of_triangle[k.triangle().index()];
+        if vertex != Vertex::NONE && vertex == of_triangle[o.triangle().index()] {
+            let (a, b) = table.edge(k);
+            splits.push(Split { ends: [a, b], wings: [k, o].map(|c| table.vertex(c)), vertex });
+        }
+    }
+    splits
+}

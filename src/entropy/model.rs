@@ -33,6 +33,13 @@ impl Bit {
     /// An even chance.
     pub const NEW: Self = Self { zero: 1 << 15, count: 0 };
 
+    /// What is known beforehand: the probability of 0 in units of 2^-16, within 32 ..= 65504, as if learnt from `count` decisions,
+    /// of which there are at most 60.
+    pub const fn known(zero: u16, count: u8) -> Self {
+        debug_assert!(zero >= 32 && zero <= 65504 && count <= LIMIT);
+        Self { zero, count }
+    }
+
     /// Probability of 0 in units of 2^-16, 32 ..= 65504.
     #[inline]
     pub const fn zero(self) -> u32 {

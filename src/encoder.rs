@@ -152,6 +152,7 @@ impl<'a> Encoder<'a> {
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
             FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &schedule, &lattice));
+        file.rich_models = options.rich_models;
         let mut report = Report::new(found, &simplified, mesh.diagonal());
         report.dropped = self.dropped(mesh);
         report.locked_vertices = locked_vertices;

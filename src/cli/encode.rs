@@ -328,6 +328,7 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
         lock_boundary: args.simplification.lock_boundary,
+        rich_models: args.profile.of_library().rich_models(),
         weld: args.simplification.weld,
         max_memory: args.max_memory.unwrap_or(u64::MAX),
         ..Options::default()

@@ -1,8 +1,10 @@
 //! A refinement level, operation by operation: splits with positions and flips, face splits, attachments (spec §5.3 to §5.5).
 
 mod models;
+mod priors;
 mod star;
 
+use super::context;
 use super::extents::{Extents, Length};
 use super::position::PositionModels;
 use super::vector::truncate;
@@ -12,6 +14,7 @@ use crate::error::Result;
 use crate::limits::make_room;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
+use models::Round;
 use star::LinkEdge;
 
 pub use models::SegmentModels;
@@ -111,10 +114,13 @@ struct Asked {
     left: Corner,
     right: Corner,
     length: Length,
+    /// What rich models know besides.
+    round: Round,
 }
 
 impl Asked {
-    const NONE: Self = Self { left: Corner::NONE, right: Corner::NONE, length: Length::NONE };
+    const NONE: Self =
+        Self { left: Corner::NONE, right: Corner::NONE, length: Length::NONE, round: Round::NONE };
 }
 
 /// Edges that are looked at together, before the first of them is asked for (spec §5.5.2).
@@ -141,6 +147,8 @@ pub struct LevelPass {
     asked: [Asked; AHEAD],
     asked_count: usize,
     asked_done: usize,
+    /// Whether splits are told by how long an edge is by itself.
+    by_itself: bool,
     precision: u32,
     /// Largest coordinate of a cell.
     max: i32,
@@ -172,6 +180,7 @@ impl LevelPass {
             asked: [Asked::NONE; AHEAD],
             asked_count: 0,
             asked_done: 0,
+            by_itself: false,
             precision,
             max: ((1u32 << (bits - precision.min(bits))) - 1) as i32,
             queue: [LinkEdge::NONE; QUEUE],
@@ -274,7 +283,7 @@ impl LevelPass {
     ) -> Result<bool, RefinementError> {
         loop {
             while self.asked_done < self.asked_count {
-                let Asked { left: k, right: o, length } = self.asked[self.asked_done & (AHEAD - 1)];
+                let Asked { left: k, right: o, length, round } = self.asked[self.asked_done & (AHEAD - 1)];
                 self.asked_done += 1;
                 let left = self.states[k.triangle().index()];
                 if left == STAR {
@@ -290,7 +299,13 @@ impl LevelPass {
                     left - 1
                 };
                 let known = || under.answers.split(&under.mesh.table, k);
-                if under.models.split.code(under.coder, o.is_none(), closed, length, known) {
+                if under.models.split.code(
+                    under.coder,
+                    o.is_none(),
+                    closed,
+                    (length, self.by_itself, round),
+                    known,
+                ) {
                     under.coder.check()?;
                     self.split(under, k)?;
                     return Ok(true);
@@ -299,12 +314,15 @@ impl LevelPass {
             if self.cursor >= self.walk.edges.len() {
                 return Ok(false);
             }
-            self.look_ahead(&under.mesh.table);
+            if self.cursor == 0 {
+                self.by_itself = under.models.split.choose(under.coder);
+            }
+            self.look_ahead(&under.mesh.table, under.models.are_rich());
         }
     }
 
     /// Looks at the next edges, all at once: what has to be waited for is waited for together.
-    fn look_ahead(&mut self, table: &CornerTable) {
+    fn look_ahead(&mut self, table: &CornerTable, richly: bool) {
         let from = self.cursor;
         self.cursor = self.walk.edges.len().min(from + AHEAD);
         let next = self.walk.edges.len().min(self.cursor + AHEAD);
@@ -317,14 +335,37 @@ impl LevelPass {
             table.prefetch(o);
             let right = if o.is_some() { self.states[o.triangle().index()] } else { 0 };
             let reached = self.states[k.triangle().index()] == STAR || right == STAR;
-            self.asked[count & (AHEAD - 1)] = Asked { left: k, right: o, length: Length::NONE };
+            self.asked[count & (AHEAD - 1)] = Asked { left: k, right: o, ..Asked::NONE };
             count += usize::from(!reached);
         }
         for asked in &mut self.asked[..count] {
             let (a, b) = table.edge(asked.left);
             asked.length = self.extents.length(a, b);
         }
+        if richly {
+            self.look_round(table, count);
+        }
         (self.asked_count, self.asked_done) = (count, 0);
+    }
+
+    /// What rich models know of the first `count` edges asked for.
+    fn look_round(&mut self, table: &CornerTable, count: usize) {
+        for four in self.asked[..count].chunks_mut(4) {
+            // Of a boundary edge, the triangle on its left stands on both sides.
+            let last = four.len() - 1;
+            let round: [[Vertex; 4]; 4] = std::array::from_fn(|i| {
+                let Asked { left, right, .. } = four[i.min(last)];
+                let [l, a, b] = table.vertices_from(left);
+                [a, b, l, if right.is_some() { table.vertex(right) } else { l }]
+            });
+            let cells = |k: usize| round.map(|at| self.extents.cell(at[k]));
+            let shapes = context::edges(cells(2), cells(0), cells(1), cells(3));
+            for (i, asked) in four.iter_mut().enumerate() {
+                let edges = round[i].map(|v| self.extents.at(v).edges);
+                let far = if asked.right.is_some() { edges[2] + edges[3] } else { 0 };
+                asked.round = Round::new(shapes[i].angle, edges[0] + edges[1], far);
+            }
+        }
     }
 
     fn next_face<C: BitCoder, A: Answers>(

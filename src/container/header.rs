@@ -18,6 +18,8 @@ pub struct Header {
     pub base_triangles: u32,
     /// Levels, the base included; 1 to [`MAX_LEVELS`].
     pub level_count: u32,
+    /// Whether refinements are coded under the rich models (spec §5.5).
+    pub rich_models: bool,
     /// The lattice of level 0: finite origin, finite step of at least 0.
     pub lattice: Lattice,
     /// The largest coordinates, in lattice units; the smallest are 0.
@@ -92,8 +94,12 @@ impl Header {
         fields.require((Lattice::MIN_BITS..=Lattice::MAX_BITS).contains(&bits), 64, || {
             format!("a lattice of {bits} bits; allowed {} to {}", Lattice::MIN_BITS, Lattice::MAX_BITS)
         })?;
-        let reserved = [fields.u8()?, fields.u8()?, fields.u8()?];
-        fields.require(reserved == [0; 3], 65, || "reserved bytes are not zero".to_owned())?;
+        let reserved = fields.u8()?;
+        fields.require(reserved == 0, 65, || "reserved bytes are not zero".to_owned())?;
+        let models = fields.u8()?;
+        fields.require(models <= 1, 66, || format!("unknown set of models {models}"))?;
+        let reserved = fields.u8()?;
+        fields.require(reserved == 0, 67, || "reserved bytes are not zero".to_owned())?;
         let maximum = [fields.u32()?, fields.u32()?, fields.u32()?];
         let inside = maximum.iter().all(|&m| m < 1 << bits);
         fields.require(inside, 68, || "the bounding box leaves the lattice".to_owned())?;
@@ -106,6 +112,7 @@ impl Header {
             base_vertices,
             base_triangles,
             level_count,
+            rich_models: models == 1,
             lattice,
             maximum,
             table_bytes,
@@ -131,7 +138,8 @@ impl Header {
         for x in self.lattice.origin.into_iter().chain([self.lattice.step]) {
             out.extend(x.to_le_bytes());
         }
-        out.extend([u8::try_from(self.lattice.bits).unwrap_or(u8::MAX), 0, 0, 0]);
+        let bits = u8::try_from(self.lattice.bits).unwrap_or(u8::MAX);
+        out.extend([bits, 0, u8::from(self.rich_models), 0]);
         for count in self.maximum.into_iter().chain([self.table_bytes]) {
             out.extend(count.to_le_bytes());
         }
@@ -218,7 +226,7 @@ mod tests {
 
     #[test]
     fn each_rule_is_checked() {
-        let rules: [(usize, &[u8], u64, &str, &str); 29] = [
+        let rules: [(usize, &[u8], u64, &str, &str); 31] = [
             (0, b"P", 0, "3.2", "not a .uwm file"),
             (4, b"\n", 0, "3.2", "not a .uwm file any more: it was transferred as text"),
             (8, &[2, 0], 8, "3.2", "written by format version 2; this decoder reads version 1"),
@@ -255,7 +263,9 @@ mod tests {
             (63, &[0xBF], 56, "3.2", "the lattice step is negative"),
             (64, &[7], 64, "3.2", "a lattice of 7 bits; allowed 8 to 24"),
             (64, &[25], 64, "3.2", "a lattice of 25 bits; allowed 8 to 24"),
-            (67, &[1], 65, "3.2", "reserved bytes are not zero"),
+            (65, &[1], 65, "3.2", "reserved bytes are not zero"),
+            (66, &[2], 66, "3.2", "unknown set of models 2"),
+            (67, &[1], 67, "3.2", "reserved bytes are not zero"),
             (69, &[1], 68, "3.2", "the bounding box leaves the lattice"),
             (79, &[1], 68, "3.2", "the bounding box leaves the lattice"),
             (62, &[0xE0, 0x7F], 68, "3.2", "the bounding box is not finite"),
@@ -292,6 +302,7 @@ mod tests {
             base_vertices: 0,
             base_triangles: 0,
             level_count: 1,
+            rich_models: true,
             lattice,
             maximum: [0; 3],
             table_bytes: 40,

@@ -110,6 +110,7 @@ pub fn golden_header() -> Header {
         base_vertices: 4,
         base_triangles: 4,
         level_count: 2,
+        rich_models: false,
         lattice: Lattice { origin: [-1.0, 0.0, 2.0], step: 0.5, bits: 8 },
         maximum: [255, 0, 16],
         table_bytes: 51,

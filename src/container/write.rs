@@ -19,6 +19,8 @@ use crate::mesh::lattice::Lattice;
 pub struct FileBuilder {
     /// The lattice of level 0.
     pub lattice: Lattice,
+    /// Whether refinements are coded under the rich models (spec §5.5).
+    pub rich_models: bool,
     /// The largest coordinates, in lattice units.
     pub maximum: [u32; 3],
     /// The levels, by number; the last is the base.
@@ -39,7 +41,7 @@ pub(super) struct Piece {
 impl FileBuilder {
     /// A file of these levels, without payloads as yet.
     pub fn new(lattice: Lattice, maximum: [u32; 3], levels: Vec<Level>) -> Self {
-        Self { lattice, maximum, levels, pieces: Vec::new() }
+        Self { lattice, rich_models: false, maximum, levels, pieces: Vec::new() }
     }
 
     /// Adds one precision or refinement atom: its operations or vertex steps, and how many triangles they add.
@@ -95,6 +97,7 @@ impl FileBuilder {
             base_vertices: base.vertices,
             base_triangles: base.triangles,
             level_count: self.levels.len() as u32,
+            rich_models: self.rich_models,
             lattice: self.lattice,
             maximum: self.maximum,
             table_bytes: u32::try_from(table.len()).unwrap_or(u32::MAX),

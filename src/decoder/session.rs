@@ -103,6 +103,7 @@ impl Session {
 
     /// Sets out from the base or keyframe of level `start`.
     pub fn begin(&mut self, contents: Arc<Contents>, start: u32) {
+        self.models = SegmentModels::new(contents.header.rich_models);
         self.contents = Some(contents);
         self.start = start;
     }
@@ -273,7 +274,7 @@ impl Session {
             self.budget.hold(&mut self.pass_held, 0)?;
         }
         if contents.starts_segment(level) {
-            self.models = SegmentModels::default();
+            self.models = self.models.afresh();
         }
         let entry = &contents.levels[level as usize];
         if let Some(log) = &mut self.log {

@@ -83,6 +83,7 @@ fn any_options(choices: &mut Choices) -> encoder::Options {
         preview: any_preview(choices),
         exact: [None, Some(Real::Binary64)][choices.below(2)],
         keep_order: choices.below(2) == 1,
+        rich_models: choices.below(2) == 1,
         ..encoder::Options::default()
     };
     options.simplify.base_vertices = Some(choices.below(8));

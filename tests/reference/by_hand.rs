@@ -40,9 +40,9 @@ pub fn file() -> Draft {
         atom(PRECISION, 0, 3, 0, &[0x1E, 0x40]),
         optional(255, &[0]),
         atom(PRECISION, 0, 5, 0, &[0x40, 0x70, 0, 0, 0]),
-        atom(REFINEMENT, 0, 1, 2, &[0x4C, 0xED, 0]),
+        atom(REFINEMENT, 0, 1, 2, &[0x61, 0x56, 0xD9, 0]),
         optional(128, b"between operations"),
-        atom(REFINEMENT, 0, 1, 1, &[0xB6, 0x17, 0x74]),
+        atom(REFINEMENT, 0, 1, 1, &[0xBF, 0x4C, 0x7F]),
         optional(129, b"behind the last level"),
     ];
     Draft { header, levels, atoms }

@@ -27,6 +27,7 @@ pub struct File {
     pub origin: [f64; 3],
     pub step: f64,
     pub bits: u32,
+    pub rich_models: bool,
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
     pub atoms: Vec<Atom>,
@@ -68,7 +69,10 @@ impl File {
         demand(origin.iter().all(|x| x.is_finite()) && step.is_finite() && step >= 0.0, "3.2: lattice")?;
         let bits = u32::from(fields.u8()?);
         demand((8..=24).contains(&bits), "3.2: lattice bits")?;
-        demand(fields.take(3)? == [0; 3], "3.2: reserved")?;
+        demand(fields.u8()? == 0, "3.2: reserved")?;
+        let models = fields.u8()?;
+        demand(models <= 1, "3.2: set of models")?;
+        demand(fields.u8()? == 0, "3.2: reserved")?;
         for x in origin {
             let maximum = fields.u32()?;
             demand(maximum < 1 << bits && (x + step * maximum as f64).is_finite(), "3.2: bounding box")?;
@@ -96,7 +100,7 @@ impl File {
             demand(crc32c(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
-        Ok(Self { origin, step, bits, levels, atoms })
+        Ok(Self { origin, step, bits, rich_models: models == 1, levels, atoms })
     }
 
     /// The atoms of one kind at one level.

@@ -1,9 +1,10 @@
 //! What the decisions of refinements are coded under, and what is known of them beforehand (spec §5.5).
 
-use crate::codec::context::ANGLES;
+use super::priors;
+use crate::codec::context::{ANGLES, BENDS, REACHES, Shape, reach};
 use crate::codec::extents::{CLASSES, LENGTHS, Length};
 use crate::codec::position::PositionModels;
-use crate::entropy::mix::squash;
+use crate::codec::vector::Vector;
 use crate::entropy::{Bit, BitCoder, Mixer};
 
 /// The models of refinements. They start afresh with each segment (spec §5.2).
@@ -19,14 +20,31 @@ pub struct SegmentModels {
 
 impl Default for SegmentModels {
     fn default() -> Self {
+        Self::new(false)
+    }
+}
+
+impl SegmentModels {
+    /// Fresh models. Rich ones mix three for each split and flip.
+    pub fn new(rich: bool) -> Self {
         Self {
-            split: SplitModels::NEW,
-            flip: FlipModels::NEW,
+            split: SplitModels { rich: rich.then(|| Box::new(RichSplits::NEW)), ..SplitModels::NEW },
+            flip: FlipModels { rich: rich.then(|| Box::new(RichFlips::NEW)), ..FlipModels::NEW },
             face: Bit::NEW,
             attach: Bit::NEW,
             position: PositionModels::default(),
             precision: [Bit::NEW; 3],
         }
+    }
+
+    /// Fresh models of the same kind.
+    pub fn afresh(&self) -> Self {
+        Self::new(self.are_rich())
+    }
+
+    /// Whether they are rich.
+    pub(super) fn are_rich(&self) -> bool {
+        self.split.rich.is_some()
     }
 }
 
@@ -35,41 +53,101 @@ const CLOSED: usize = 8;
 // Two triangles, of which neither is in a star, have two further edges each.
 const _: () = assert!(2 * 2 < CLOSED);
 // An index is masked where it is known to be within its list: the mask then changes nothing, and spares the check.
-const _: () = assert!(CLASSES.is_power_of_two() && LENGTHS.is_power_of_two());
+const _: () = assert!(CLASSES.is_power_of_two() && LENGTHS.is_power_of_two() && ANGLES.is_power_of_two());
 
-/// Of *split?*, by whether it is a boundary edge and how many sides are closed. There are two: by how long the edge is beside those
-/// round it, and by how long it is. Where edges of a level are of one length, as in a scan, the second knows more; where
-/// the level is graded, the first.
+/// Of *split?*, by whether it is a boundary edge, how many sides are closed, and how long it is: beside those round it, or by
+/// itself. Where the edges of a level are of one length, as in a scan, the second tells more; where the level is graded, the
+/// first. Each level says which it goes by. Rich models mix.
 #[derive(Clone, Debug)]
 pub struct SplitModels {
+    lengths: Lengths,
+    by_itself: Bit,
+    rich: Option<Box<RichSplits>>,
+    trial: Option<Box<Trial>>,
+}
+
+#[derive(Clone, Debug)]
+struct Lengths {
     beside: [[[Bit; CLASSES]; CLOSED]; 2],
     alone: [[[Bit; LENGTHS]; CLOSED]; 2],
-    mixers: [[Mixer<2>; CLOSED]; 2],
+}
+
+impl Lengths {
+    const NEW: Self = Self { beside: priors::beside(), alone: [[[Bit::NEW; LENGTHS]; CLOSED]; 2] };
+
+    #[inline]
+    fn both(&mut self, kind: usize, closed: usize, length: Length) -> [&mut Bit; 2] {
+        [
+            &mut self.beside[kind][closed][usize::from(length.beside) & (CLASSES - 1)],
+            &mut self.alone[kind][closed][usize::from(length.alone) & (LENGTHS - 1)],
+        ]
+    }
+}
+
+/// What a writer tries: both lengths, all along, and what each would have cost in the last levels.
+#[derive(Clone, Debug)]
+struct Trial {
+    lengths: Lengths,
+    /// In units of 1/256 bit.
+    costs: [u64; 2],
+}
+
+impl Trial {
+    fn count(&mut self, kind: usize, closed: usize, length: Length, bit: bool) {
+        for (model, cost) in self.lengths.both(kind, closed, length).into_iter().zip(&mut self.costs) {
+            *cost += u64::from(model.cost(bit));
+            model.learn(bit);
+        }
+    }
+}
+
+/// Mixed: one that knows the angles too, the length by itself, and one by how many edges the vertices round it have.
+#[derive(Clone, Debug)]
+struct RichSplits {
+    angles: [[[[Bit; CLASSES]; ANGLES / 2]; CLOSED]; 2],
+    valences: [[[Bit; 16]; 16]; 16],
+    mixers: [[Mixer<3>; CLOSED]; 2],
+}
+
+/// What rich models know of an edge that may be split.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Round {
+    /// Below [`ANGLES`].
+    angle: u8,
+    /// Classes of how many edges its ends have together, and the vertices opposite to it; below 10 each.
+    ends: u8,
+    far: u8,
+}
+
+impl Round {
+    /// Of no edge.
+    pub const NONE: Self = Self { angle: 0, ends: 0, far: 0 };
+
+    /// Of an edge with this angle, whose ends have so many edges together, and the vertices opposite to it.
+    #[inline]
+    pub fn new(angle: u8, ends: i32, far: i32) -> Self {
+        let class = |edges: i32| (edges - 8).clamp(0, 9) as u8;
+        Self { angle, ends: class(ends), far: class(far) }
+    }
 }
 
 impl SplitModels {
-    const NEW: Self = {
-        let mut beside = [[[Bit::NEW; CLASSES]; CLOSED]; 2];
-        let mut kind = 0;
-        while kind < 2 {
-            let mut closed = 0;
-            while closed < SPLIT_BY_CLOSED[kind].len() {
-                let mut class = 0;
-                while class < SPLIT_BY_CLASS.len() {
-                    beside[kind][closed][class] =
-                        known(SPLIT_BY_CLOSED[kind][closed] + SPLIT_BY_CLASS[class]);
-                    class += 1;
-                }
-                closed += 1;
-            }
-            kind += 1;
+    const NEW: Self = Self { lengths: Lengths::NEW, by_itself: Bit::NEW, rich: None, trial: None };
+
+    /// Codes whether a level goes by how long an edge is by itself. A writer takes what would have been better before.
+    pub fn choose<C: BitCoder>(&mut self, coder: &mut C) -> bool {
+        if self.rich.is_some() {
+            return false;
         }
-        Self {
-            beside,
-            alone: [[[Bit::NEW; LENGTHS]; CLOSED]; 2],
-            mixers: [[Mixer::new([1 << 15; 2]); CLOSED]; 2],
+        let mut known = false;
+        if C::ENCODES {
+            let fresh = || Box::new(Trial { lengths: Lengths::NEW, costs: [0; 2] });
+            let costs = &mut self.trial.get_or_insert_with(fresh).costs;
+            known = costs[1] < costs[0];
+            *costs = costs.map(|cost| cost / 2);
         }
-    };
+        coder.bit(&mut self.by_itself, || known)
+    }
 
     /// Codes whether an edge is split.
     #[inline]
@@ -78,14 +156,34 @@ impl SplitModels {
         coder: &mut C,
         is_boundary: bool,
         closed: u8,
-        length: Length,
+        (length, by_itself, round): (Length, bool, Round),
         known: impl FnOnce() -> bool,
     ) -> bool {
         let (kind, closed) = (usize::from(is_boundary), usize::from(closed) & (CLOSED - 1));
-        let beside = &mut self.beside[kind][closed][usize::from(length.beside) & (CLASSES - 1)];
-        let alone = &mut self.alone[kind][closed][usize::from(length.alone) & (LENGTHS - 1)];
-        self.mixers[kind][closed].code(coder, [beside, alone], known)
+        let [beside, alone] = self.lengths.both(kind, closed, length);
+        if let Some(rich) = &mut self.rich {
+            let class = usize::from(length.beside) & (CLASSES - 1);
+            let angles = &mut rich.angles[kind][closed][usize::from(round.angle) / 2 % (ANGLES / 2)][class];
+            let valences =
+                &mut rich.valences[usize::from(round.ends) & 15][usize::from(round.far) & 15][class / 2];
+            return rich.mixers[kind][closed].code(coder, [angles, alone, valences], known);
+        }
+        let bit = coder.bit(if by_itself { alone } else { beside }, known);
+        if C::ENCODES
+            && let Some(trial) = &mut self.trial
+        {
+            trial.count(kind, closed, length, bit);
+        }
+        bit
     }
+}
+
+impl RichSplits {
+    const NEW: Self = Self {
+        angles: priors::angles(),
+        valences: priors::split_valences(),
+        mixers: [[Mixer::new([20480, 22528, 36864]); CLOSED]; 2],
+    };
 }
 
 /// What is known of a link edge p–q, between v and r, beyond its shape.
@@ -100,72 +198,116 @@ pub struct Ring {
     pub far: i32,
 }
 
-/// Places for what is known of a link edge's shape, seven bits.
-const SHAPES: usize = 1 << 7;
-
-/// Of *flip?*. There are two: by the shape of what the edge divides, and by how many edges its vertices have. The mixers are by the
-/// number of flips before and of edges closed beyond.
+/// Of *flip?*, by the shape of what the edge divides and by how many edges its vertices have. Rich models mix.
 #[derive(Clone, Debug)]
 pub struct FlipModels {
-    shape: [Bit; SHAPES],
+    shape: [[[Bit; ANGLES / 2]; 8]; 16],
+    rich: Option<Box<RichFlips>>,
+}
+
+/// Mixed: one that knows the angle better, one that knows how far the flipped edge reaches, and one by how many edges each vertex has.
+/// The mixers are by the number of flips before and of edges closed beyond.
+#[derive(Clone, Debug)]
+struct RichFlips {
+    shape: [[[Bit; ANGLES]; 8]; 4],
+    reach: [[[[Bit; ANGLES / 2]; 16]; 4]; 4],
     valences: [[[Bit; 4]; 8]; 16],
-    mixers: [[Mixer<2>; 4]; 4],
+    mixers: [[Mixer<3>; 4]; 4],
 }
 
 impl FlipModels {
-    const NEW: Self = {
-        let mut shape = [Bit::NEW; SHAPES];
-        let mut place = 0;
-        while place < FLIP_BY_BEND.len() * ANGLES {
-            shape[place] = known(FLIP_BY_BEND[place / ANGLES] + FLIP_BY_ANGLE[place % ANGLES]);
-            place += 1;
-        }
-        let mut valences = [[[Bit::NEW; 4]; 8]; 16];
-        let mut ends = 0;
-        while ends < FLIP_BY_ENDS.len() {
-            let mut place = 0;
-            while place < 8 * 4 {
-                let (far, flips) = (place / 4, place % 4);
-                valences[ends][far][flips] =
-                    known(FLIP_BY_ENDS[ends] + FLIP_BY_FAR[far] + FLIP_BY_FLIPS[flips]);
-                place += 1;
-            }
-            ends += 1;
-        }
-        Self { shape, valences, mixers: [[Mixer::new([45056; 2]); 4]; 4] }
-    };
+    const NEW: Self = Self { shape: priors::shape(), rich: None };
 
-    /// Codes whether a link edge is flipped; its shape is what [`link_edges`](crate::codec::context::link_edges) tells.
+    /// Codes whether a link edge is flipped. `cells` are those of v, p, q and r, for rich models.
     #[inline]
     pub fn code<C: BitCoder>(
         &mut self,
         coder: &mut C,
-        shape: u8,
+        shape: Shape,
         ring: Ring,
+        cells: impl FnOnce() -> [Vector; 4],
         known: impl FnOnce() -> bool,
     ) -> bool {
-        let flips = ring.flips.min(3);
-        let ends = (ring.ends - 6).clamp(0, FLIP_BY_ENDS.len() as i32 - 1) as usize;
-        let far = (ring.far - 3).clamp(0, 7) as usize;
-        let shape = &mut self.shape[usize::from(shape) & (SHAPES - 1)];
-        let valences = &mut self.valences[ends][far][flips];
-        let mixer = &mut self.mixers[flips][usize::from(ring.closed.min(2))];
-        mixer.code(coder, [shape, valences], known)
+        let (bend, angle) = (usize::from(shape.bend) & 7, usize::from(shape.angle) & (ANGLES - 1));
+        if let Some(rich) = &mut self.rich {
+            let (flips, closed) = (ring.flips.min(3), usize::from(ring.closed.min(2)));
+            let ends = (ring.ends - 6).clamp(0, priors::ENDS - 1) as usize;
+            let far = (ring.far - 3).clamp(0, 7) as usize;
+            let [v, p, q, r] = cells();
+            let shape = &mut rich.shape[closed][bend][angle];
+            let reach = &mut rich.reach[flips][closed][reach(v, p, q, r)][angle / 2];
+            let valences = &mut rich.valences[ends][far][flips];
+            return rich.mixers[flips][closed].code(coder, [shape, reach, valences], known);
+        }
+        // A flip takes an edge from p and q each, and gives one to r, as those before gave to v.
+        let excess = ring.ends - ring.far - ring.flips as i32 - 1;
+        let model = &mut self.shape[excess.clamp(0, priors::EXCESSES - 1) as usize][bend][angle / 2];
+        coder.bit(model, known)
     }
 }
 
-/// A model that has learnt from six decisions, as it were, that the answer is no with this chance, stretched, in units of 1/16.
-const fn known(stretched: i32) -> Bit {
-    Bit::known(squash(16 * stretched), 6)
+impl RichFlips {
+    const NEW: Self = Self {
+        shape: priors::rich_shape(),
+        reach: priors::reach(),
+        valences: priors::flip_valences(),
+        mixers: [[Mixer::new([23552, 26624, 46080]); 4]; 4],
+    };
 }
+const _: () = assert!(BENDS <= 8 && REACHES <= 16);
 
-// What is known beforehand, the chance of a no. Fitted to the decisions of 21 meshes, scans, CAD, characters, generated ones, as sums of
-// what each part of a context says; other meshes were used to see what it is good for.
-const SPLIT_BY_CLOSED: [&[i32]; 2] = [&[15, 22, 31, 38, 20], &[14, 24, 41]];
-const SPLIT_BY_CLASS: [i32; 20] =
-    [15, 23, 26, 26, 25, 24, 23, 22, 18, 15, 11, 6, -4, -11, -17, -12, -12, -10, -1, 4];
-const FLIP_BY_BEND: [i32; 5] = [11, 20, 25, 31, 13];
-const FLIP_BY_ANGLE: [i32; ANGLES] = [-60, -56, -45, -38, -30, -20, -15, -11, -2, 10, 19, 29, 42, 56, 60, 61];
-const FLIP_BY_ENDS: [i32; 12] = [6, 12, 46, 47, 40, 30, 21, 12, 2, -3, -6, -1];
-const FLIP_BY_FAR: [i32; 8] = [-25, -14, -6, 11, 17, 21, 18, 12];
-const FLIP_BY_FLIPS: [i32; 4] = [-5, 10, 35, 18];
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::entropy::RangeEncoder;
+
+    /// A level whose edges are split by one of their lengths, whatever the other: the next level goes by that one.
+    #[test]
+    fn the_length_that_tells_more_is_chosen() {
+        for better in [false, true] {
+            let mut split = SplitModels::NEW;
+            let mut coder = RangeEncoder::default();
+            assert!(!split.choose(&mut coder), "nothing is known of it at first");
+            for k in 0..1000 {
+                let (x, y) = ((k % 7) as u8, (k / 7 % 5) as u8);
+                let length = Length { beside: 5 + x, alone: 60 + y };
+                let is_split = if better { y < 2 } else { x < 3 };
+                split.code(&mut coder, false, 0, (length, false, Round::NONE), || is_split);
+            }
+            assert_eq!(split.choose(&mut coder), better);
+        }
+    }
+
+    /// What rich models know makes decisions cheap that look alike to others: here, a split by the angle, a flip by r's edges.
+    #[test]
+    fn rich_models_know_more() {
+        let bits = |rich: bool| {
+            let mut models = SegmentModels::new(rich);
+            let mut coder = RangeEncoder::default();
+            models.split.choose(&mut coder);
+            for k in 0..1000 {
+                let round = Round::new(if k % 3 == 0 { 4 } else { 25 }, 12, 12);
+                let length = (Length { beside: 10, alone: 60 }, false, round);
+                models.split.code(&mut coder, false, 0, length, || k % 3 == 0);
+                let more = i32::from(k % 3 == 0);
+                let ring = Ring { flips: 0, closed: 0, ends: 12 + more, far: 6 + more };
+                let cells = || [Vector::default(); 4];
+                models.flip.code(&mut coder, Shape { angle: 16, bend: 0 }, ring, cells, || k % 3 == 0);
+            }
+            coder.bits()
+        };
+        let (plain, rich) = (bits(false), bits(true));
+        assert!(plain > 1800.0 && rich < 300.0, "{plain} and {rich}");
+    }
+
+    /// Before anything is learnt, edges that are far from Delaunay and have many edges at their ends are expected to be flipped, and
+    /// others not.
+    #[test]
+    fn fresh_models_expect_the_usual() {
+        let flip = FlipModels::NEW;
+        assert!(flip.shape[8][0][0].zero() < 1 << 13 && flip.shape[3][0][15].zero() > 65000);
+        let split = SplitModels::NEW;
+        let chance = |class: usize| split.lengths.beside[0][0][class].zero();
+        assert!(chance(14) < chance(10) && chance(10) < chance(5));
+    }
+}

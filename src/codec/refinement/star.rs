@@ -2,7 +2,7 @@
 
 use super::models::Ring;
 use super::{Answers, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
-use crate::codec::context;
+use crate::codec::context::{self, Shape};
 use crate::codec::extents::{Spokes, length_squared, squares_from};
 use crate::codec::position::Surroundings;
 use crate::codec::vector::{Vector, truncate};
@@ -18,13 +18,16 @@ pub(super) struct LinkEdge {
     /// The one beyond, and its vertex.
     beyond: Corner,
     far: Vertex,
-    /// What [`context::link_edges`] tells.
-    shape: u8,
+    shape: Shape,
 }
 
 impl LinkEdge {
-    pub(super) const NONE: Self =
-        Self { corner: Corner::NONE, beyond: Corner::NONE, far: Vertex::NONE, shape: 0 };
+    pub(super) const NONE: Self = Self {
+        corner: Corner::NONE,
+        beyond: Corner::NONE,
+        far: Vertex::NONE,
+        shape: Shape { angle: 0, bend: 0 },
+    };
 }
 
 /// What a star under way adds up to.
@@ -133,8 +136,9 @@ impl LevelPass {
                 ends: self.extents.at(p).edges + self.extents.at(q).edges,
                 far: self.extents.at(r).edges,
             };
+            let cells = || [v, p, q, r].map(|w| self.extents.cell(w));
             let known = || under.answers.flip(&under.mesh.table, c);
-            if !asked || !under.models.flip.code(under.coder, shape, ring, known) {
+            if !asked || !under.models.flip.code(under.coder, shape, ring, cells, known) {
                 self.states[o.triangle().index()] = state + 1;
                 continue;
             }

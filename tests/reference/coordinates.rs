@@ -16,7 +16,7 @@ pub struct Models {
 impl Models {
     pub fn fresh() -> Self {
         let fresh = |octave: i64, phase: i64| {
-            let shift = shift(octave);
+            let shift = (octave - 6).max(0) / 2;
             let variance = 203 * (1 << (octave - 2 * shift)) / 16 + 12;
             Symbol::bell(variance, if shift > 0 { 5 } else { 4 - 4 * phase })
         };

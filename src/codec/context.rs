@@ -89,7 +89,7 @@ mod tests {
         let (p, q) = (at(0, 0, 0), at(100, 0, 0));
         // Cotangents of nearly straight angles, about -5 each: -10 / 11 of the way down from 16.
         assert_eq!(link_edge(at(50, 5, 0), q, p, at(50, -5, 0)).0, 1);
-        assert_eq!(link_edge(at(50, 500, 0), q, p, at(50, -500, 0)).0, 31);
+        assert_eq!(link_edge(at(50, 500, 0), q, p, at(50, -500, 0)).0, 30);
     }
 
     #[test]

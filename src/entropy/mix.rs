@@ -132,7 +132,8 @@ mod tests {
         for zero in (32..=65504u32).step_by(7) {
             let model = Bit::known(zero as u16, 0);
             let back = i32::from(squash(stretch(model)));
-            assert!((back - zero as i32).abs() <= 40, "{zero} became {back}");
+            // A step of the stretched scale is up to 64 wide.
+            assert!((back - zero as i32).abs() <= 72, "{zero} became {back}");
         }
         assert_eq!([squash(-9999), squash(0), squash(9999)], [32, 32768, 65504]);
         assert!(STRETCHED.is_sorted() && SQUASHED.is_sorted());

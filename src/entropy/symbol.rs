@@ -176,6 +176,6 @@ mod tests {
             encoder.symbol(&mut model, || 3);
         }
         // About 15 of 32,768 parts stay with the other symbols.
-        assert!(encoder.bits() < 150.0, "{}", encoder.bits());
+        assert!(encoder.bits() < 180.0, "{}", encoder.bits());
     }
 }

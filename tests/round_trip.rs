@@ -321,7 +321,8 @@ fn rich_models_take_fewer_bytes() {
         Encoder::new(Options { rich_models, ..Options::default() }).encode_to_vec(&mesh).unwrap()
     });
     assert!(rich.len() < plain.len(), "{} bytes instead of {}", rich.len(), plain.len());
-    let [plain, rich] = [plain, rich].map(|file| decode(&file, decoder::Options::default()).unwrap());
+    let [plain, rich] =
+        [plain, rich].map(|file| decoder::decode(&file, decoder::Options::default()).unwrap());
     assert_eq!(plain.mesh().positions, rich.mesh().positions);
 }
 

@@ -11,7 +11,7 @@ mod schedule;
 mod work;
 
 use crate::codec::grid::Real;
-use crate::container::{AtomKind, FileBuilder, Level, Metadata};
+use crate::container::{AtomKind, Coding, FileBuilder, Level, Metadata};
 use crate::error::{Error, Result};
 use crate::limits::MAX_LIFTING;
 use crate::mesh::topology::{self, Conditioned, ConditioningReport, Manifold};
@@ -156,7 +156,7 @@ impl<'a> Encoder<'a> {
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
             FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &places, &lattice));
-        file.lifting = places.lifting;
+        file.coding = Coding { lifting: places.lifting, rich_models: options.rich_models };
         let mut report = Report::new(found, &simplified, mesh.diagonal());
         report.dropped = self.dropped(mesh);
         report.locked_vertices = locked_vertices;

@@ -48,7 +48,7 @@ fn decoding_does_not_go_on_behind_an_error() {
         contents.atoms.iter().rposition(|atom| atom.kind == AtomKind::Refinement && !atom.last).unwrap();
     let mut changed =
         FileBuilder::new(contents.header.lattice, contents.header.maximum, contents.levels.clone());
-    changed.lifting = contents.header.lifting;
+    changed.coding = contents.header.coding;
     for (index, atom) in contents.atoms.iter().enumerate() {
         let mut bytes = file[atom.offset as usize..atom.end() as usize].to_vec();
         if index == victim {

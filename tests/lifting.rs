@@ -37,7 +37,7 @@ fn levels(file: &[u8]) -> Vec<ProgressiveMesh> {
 }
 
 fn lifting(file: &[u8]) -> u8 {
-    parse_contents(file).unwrap().unwrap().header.lifting
+    parse_contents(file).unwrap().unwrap().header.coding.lifting
 }
 
 #[test]

@@ -310,6 +310,19 @@ fn profiles_do_what_their_names_say() {
     }
 }
 
+/// Three models for a decision tell more than two.
+#[test]
+fn rich_models_take_fewer_bytes() {
+    let mesh = shapes::bumpy_sphere(5, 3);
+    let [plain, rich] = [false, true].map(|rich_models| {
+        Encoder::new(Options { rich_models, ..Options::default() }).encode_to_vec(&mesh).unwrap()
+    });
+    assert!(rich.len() < plain.len(), "{} bytes instead of {}", rich.len(), plain.len());
+    let [plain, rich] =
+        [plain, rich].map(|file| decoder::decode(&file, decoder::Options::default()).unwrap());
+    assert_eq!(plain.mesh().positions, rich.mesh().positions);
+}
+
 #[test]
 fn a_callback_can_cancel() {
     let mut encoder = Encoder::new(small());

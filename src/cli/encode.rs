@@ -333,6 +333,7 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         preview: args.preview.of_library(),
         lifting: args.lifting,
         lock_boundary: args.simplification.lock_boundary,
+        rich_models: args.profile.of_library().rich_models(),
         weld: args.simplification.weld,
         max_memory: args.max_memory.unwrap_or(u64::MAX),
         ..Options::default()

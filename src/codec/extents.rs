@@ -15,7 +15,7 @@ pub struct Extent {
     /// Sum of the squared lengths of its edges, each rounded down to an integer: in integers their order does not matter.
     squares: i64,
     /// How many edges it has.
-    edges: i32,
+    pub edges: i32,
     /// The last new vertex whose link it was on.
     pub linked: Vertex,
 }
@@ -33,9 +33,25 @@ pub struct Extents {
     precision: u32,
 }
 
-/// More than there are classes of [`Extents::class`], so that any five bits make one.
+/// How long an edge is, in quarter octaves of its squared length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Length {
+    /// Beside those round it, from 2^-2.5 on: below [`CLASSES`].
+    pub beside: u8,
+    /// By itself, from 1 on: below [`LENGTHS`].
+    pub alone: u8,
+}
+
+impl Length {
+    /// Of no edge.
+    pub const NONE: Self = Self { beside: 0, alone: 0 };
+}
+
+/// More than there are classes of [`Length::beside`], so that any five bits make one.
 pub const CLASSES: usize = 32;
-/// The last class.
+/// More than there are classes of [`Length::alone`], 50 octaves.
+pub const LENGTHS: usize = 256;
+/// The last class beside others.
 const LONGEST: usize = 19;
 
 impl Extents {
@@ -175,14 +191,17 @@ impl Extents {
         (extent.squares, extent.edges) = (spokes.squares, spokes.edges);
     }
 
-    /// How long an edge is beside those round it: the class of its squared length over the mean of those of the edges at its ends.
+    /// How long an edge is: its squared length over the mean of those of the edges at its ends, and by itself.
     #[inline(always)]
-    pub fn class(&self, a: Vertex, b: Vertex) -> usize {
+    pub fn length(&self, a: Vertex, b: Vertex) -> Length {
         let (a, b) = (self.at(a), self.at(b));
         let (edge, edges) = (b.cell - a.cell, (a.edges + b.edges) as f32);
-        let size = edge.dot(edge) * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
-        // Quarter octaves from 2^-2.5 on: the leading bits of the number.
-        ((size.to_bits() >> 21) as usize).saturating_sub((127 << 2) - 10).min(LONGEST)
+        let square = edge.dot(edge);
+        let size = square * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
+        // Quarter octaves are the leading bits of a number.
+        let quarters = |x: f32, least: usize| ((x.to_bits() >> 21) as usize).saturating_sub(least);
+        let beside = quarters(size, (127 << 2) - 10).min(LONGEST) as u8;
+        Length { beside, alone: quarters(square, 127 << 2) as u8 }
     }
 }
 
@@ -231,7 +250,8 @@ mod tests {
         let of_all: Vec<_> = (0..4).map(|v| extents.extent(Vertex(v))).collect();
         assert_eq!(of_all, [(3, 260_100), (2, 130_050), (3, 260_100), (2, 130_050)]);
         // 65025 * 5 / 390150 = 0.83, the third quarter of the octave from 2^-1 on; 130050 * 6 / 520200 = 1.5, the third of that from 1.
-        assert_eq!(extents.class(Vertex(0), Vertex(1)), 8);
-        assert_eq!(extents.class(Vertex(2), Vertex(0)), 12);
+        // 65025 is a little below 2^16, 130050 below 2^17.
+        assert_eq!(extents.length(Vertex(0), Vertex(1)), Length { beside: 8, alone: 63 });
+        assert_eq!(extents.length(Vertex(2), Vertex(0)), Length { beside: 12, alone: 67 });
     }
 }

@@ -35,7 +35,7 @@ impl Default for PositionModels {
         Self {
             scales: Box::new([0.1, 0.1, 0.05].map(|mean| [[Scale { mean, count: 0 }; FEATURES]; OCTAVES])),
             weights: [Weight::new(0.5), Weight::new(0.25)].map(|weight| [weight; FEATURES]),
-            tokens: Box::new([[[SymbolModel::BELL; PHASES]; VARIANCES]; 3]),
+            tokens: Box::new([TOKENS; 3]),
             far: NumberModel::default(),
         }
     }
@@ -49,6 +49,23 @@ const OCTAVES: usize = 51;
 const VARIANCES: usize = 56;
 /// Classes of the place between two cells, where a cell is no finer than the deviation.
 const PHASES: usize = 3;
+
+/// Tokens before anything is learnt of them: a bell of the width that the octave tells, round the place between two cells.
+const TOKENS: [[SymbolModel; PHASES]; VARIANCES] = {
+    let mut tokens = [[SymbolModel::bell(1, 0); PHASES]; VARIANCES];
+    let mut place = 0;
+    while place < VARIANCES * PHASES {
+        let (octave, phase) = (place / PHASES, place % PHASES);
+        let shift = if octave < 8 { 0 } else { octave / 2 - 3 };
+        // The variance in the middle of the octave, and that of rounding, in units of a token's twelfth, squared.
+        let variance = ((203 << (octave - 2 * shift)) >> 4) + 12;
+        // Of a token of several cells the middle lies behind its first one.
+        let offset = if shift > 0 { 5 } else { 4 - 4 * phase as i32 };
+        tokens[octave][phase] = SymbolModel::bell(variance, offset);
+        place += 1;
+    }
+    tokens
+};
 
 /// A running mean of magnitudes over the edge length.
 #[derive(Clone, Copy, Debug)]

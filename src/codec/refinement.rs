@@ -1,47 +1,27 @@
 //! A refinement level, operation by operation: splits with positions and flips, face splits, attachments (spec §5.3 to §5.5).
 
+mod models;
+mod priors;
 mod star;
 
-use super::extents::{self, Extents};
+use super::context;
+use super::extents::{Extents, Length};
 use super::lift::Cells;
 use super::position::PositionModels;
 use super::vector::truncate;
 use super::walk::Walk;
-use crate::entropy::{Bit, BitCoder, CodingError};
+use crate::entropy::{BitCoder, CodingError};
 use crate::error::Result;
 use crate::limits::make_room;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
+use models::Round;
 use star::LinkEdge;
+
+pub use models::SegmentModels;
 
 /// Most triangles in the star of a new vertex; no flip is asked for beyond it (spec §5.3).
 pub const MAX_STAR: usize = 64;
-
-/// The models of refinements. They start afresh with each segment (spec §5.2).
-#[derive(Clone, Debug)]
-pub struct SegmentModels {
-    /// By kind, how many sides are closed (0 to 4), class.
-    split: [[[Bit; extents::CLASSES]; CLOSED]; 2],
-    /// By what [`link_edges`](super::context::link_edges) tells; more places than that, so that any seven bits make one.
-    flip: [Bit; CONTEXTS],
-    face: Bit,
-    attach: Bit,
-    position: PositionModels,
-    pub(super) precision: [Bit; 3],
-}
-
-impl Default for SegmentModels {
-    fn default() -> Self {
-        Self {
-            split: [[[Bit::NEW; extents::CLASSES]; CLOSED]; 2],
-            flip: [Bit::NEW; CONTEXTS],
-            face: Bit::NEW,
-            attach: Bit::NEW,
-            position: PositionModels::default(),
-            precision: [Bit::NEW; 3],
-        }
-    }
-}
 
 /// What a writer knows of the operations ahead. A reader's answers are never asked for, but for the number of the next vertex.
 pub trait Answers {
@@ -139,28 +119,23 @@ struct Asked {
     /// The corner on its left, and on its right where there is one.
     left: Corner,
     right: Corner,
-    /// How long it is.
-    class: u8,
+    length: Length,
+    /// What rich models know besides.
+    round: Round,
 }
 
 impl Asked {
-    const NONE: Self = Self { left: Corner::NONE, right: Corner::NONE, class: 0 };
+    const NONE: Self =
+        Self { left: Corner::NONE, right: Corner::NONE, length: Length::NONE, round: Round::NONE };
 }
 
 /// Edges that are looked at together, before the first of them is asked for (spec §5.5.2).
 const AHEAD: usize = 64;
-/// Places for how many sides are closed: more than there are, so that any three bits make one.
-const CLOSED: usize = 8;
-/// Places for what is known of a link edge, seven bits.
-const CONTEXTS: usize = 1 << 7;
 /// Link edges of a star that are looked at: each flip takes one away and adds two, and no star has more than [`MAX_STAR`] triangles.
 const QUEUE: usize = 2 * MAX_STAR;
 const _: () = assert!(QUEUE.is_power_of_two());
 // An index is masked where it is known to be within its list: the mask then changes nothing, and spares the check.
-const _: () =
-    assert!(AHEAD.is_power_of_two() && CLOSED.is_power_of_two() && extents::CLASSES.is_power_of_two());
-// Two triangles, of which neither is in a star, have two further edges each.
-const _: () = assert!(2 * 2 < CLOSED);
+const _: () = assert!(AHEAD.is_power_of_two());
 
 /// The state of a level under way; it survives from atom to atom.
 #[derive(Debug)]
@@ -178,6 +153,8 @@ pub struct LevelPass {
     asked: [Asked; AHEAD],
     asked_count: usize,
     asked_done: usize,
+    /// Whether splits are told by how long an edge is by itself.
+    by_itself: bool,
     cells: Cells,
     /// Of the cells, the least and the largest coordinate.
     range: [i32; 2],
@@ -212,6 +189,7 @@ impl LevelPass {
             asked: [Asked::NONE; AHEAD],
             asked_count: 0,
             asked_done: 0,
+            by_itself: false,
             cells,
             range: cells.range(),
             lifted: Vec::new(),
@@ -323,7 +301,7 @@ impl LevelPass {
     ) -> Result<bool, RefinementError> {
         loop {
             while self.asked_done < self.asked_count {
-                let Asked { left: k, right: o, class } = self.asked[self.asked_done & (AHEAD - 1)];
+                let Asked { left: k, right: o, length, round } = self.asked[self.asked_done & (AHEAD - 1)];
                 self.asked_done += 1;
                 let left = self.states[k.triangle().index()];
                 if left == STAR {
@@ -338,10 +316,14 @@ impl LevelPass {
                 } else {
                     left - 1
                 };
-                let models =
-                    &mut under.models.split[usize::from(o.is_none())][closed as usize & (CLOSED - 1)];
-                let model = &mut models[usize::from(class) & (extents::CLASSES - 1)];
-                if under.coder.bit(model, || under.answers.split(&under.mesh.table, k)) {
+                let known = || under.answers.split(&under.mesh.table, k);
+                if under.models.split.code(
+                    under.coder,
+                    o.is_none(),
+                    closed,
+                    (length, self.by_itself, round),
+                    known,
+                ) {
                     under.coder.check()?;
                     self.split(under, k)?;
                     return Ok(true);
@@ -350,12 +332,15 @@ impl LevelPass {
             if self.cursor >= self.walk.edges.len() {
                 return Ok(false);
             }
-            self.look_ahead(&under.mesh.table);
+            if self.cursor == 0 {
+                self.by_itself = under.models.split.choose(under.coder);
+            }
+            self.look_ahead(&under.mesh.table, under.models.are_rich());
         }
     }
 
     /// Looks at the next edges, all at once: what has to be waited for is waited for together.
-    fn look_ahead(&mut self, table: &CornerTable) {
+    fn look_ahead(&mut self, table: &CornerTable, richly: bool) {
         let from = self.cursor;
         self.cursor = self.walk.edges.len().min(from + AHEAD);
         let next = self.walk.edges.len().min(self.cursor + AHEAD);
@@ -368,14 +353,37 @@ impl LevelPass {
             table.prefetch(o);
             let right = if o.is_some() { self.states[o.triangle().index()] } else { 0 };
             let reached = self.states[k.triangle().index()] == STAR || right == STAR;
-            self.asked[count & (AHEAD - 1)] = Asked { left: k, right: o, class: 0 };
+            self.asked[count & (AHEAD - 1)] = Asked { left: k, right: o, ..Asked::NONE };
             count += usize::from(!reached);
         }
         for asked in &mut self.asked[..count] {
             let (a, b) = table.edge(asked.left);
-            asked.class = self.extents.class(a, b) as u8;
+            asked.length = self.extents.length(a, b);
+        }
+        if richly {
+            self.look_round(table, count);
         }
         (self.asked_count, self.asked_done) = (count, 0);
+    }
+
+    /// What rich models know of the first `count` edges asked for.
+    fn look_round(&mut self, table: &CornerTable, count: usize) {
+        for four in self.asked[..count].chunks_mut(4) {
+            // Of a boundary edge, the triangle on its left stands on both sides.
+            let last = four.len() - 1;
+            let round: [[Vertex; 4]; 4] = std::array::from_fn(|i| {
+                let Asked { left, right, .. } = four[i.min(last)];
+                let [l, a, b] = table.vertices_from(left);
+                [a, b, l, if right.is_some() { table.vertex(right) } else { l }]
+            });
+            let cells = |k: usize| round.map(|at| self.extents.cell(at[k]));
+            let shapes = context::edges(cells(2), cells(0), cells(1), cells(3));
+            for (i, asked) in four.iter_mut().enumerate() {
+                let edges = round[i].map(|v| self.extents.at(v).edges);
+                let far = if asked.right.is_some() { edges[2] + edges[3] } else { 0 };
+                asked.round = Round::new(shapes[i].angle, edges[0] + edges[1], far);
+            }
+        }
     }
 
     fn next_face<C: BitCoder, A: Answers>(

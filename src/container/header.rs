@@ -21,9 +21,8 @@ pub struct Header {
     pub level_count: u32,
     /// The lattice of level 0: finite origin, finite step of at least 0.
     pub lattice: Lattice,
-    /// How far splits move the ends of their edges, in 64ths of the new vertex's height (spec §5.4.5): at most [`MAX_LIFTING`], and 0, not at
-    /// all, where the lattice has [`Lattice::MAX_BITS`].
-    pub lifting: u8,
+    /// How refinements are coded.
+    pub coding: Coding,
     /// The largest coordinates, in lattice units; the smallest are 0.
     pub maximum: [u32; 3],
     /// Bytes of the table of contents, its checksum included.
@@ -54,6 +53,16 @@ impl Header {
     pub fn table_end(&self) -> u64 {
         Self::SIZE as u64 + u64::from(self.table_bytes)
     }
+}
+
+/// How refinements are coded (spec §3.2).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Coding {
+    /// How far splits move the ends of their edges, in 64ths of the new vertex's height (spec §5.4.5): at most [`MAX_LIFTING`], and 0, not at
+    /// all, where the lattice has [`Lattice::MAX_BITS`].
+    pub lifting: u8,
+    /// Whether decisions have the rich models (spec §5.5).
+    pub rich_models: bool,
 }
 
 /// What the first [`Header::SIZE`] bytes tell: how much is to be read before all else is known.
@@ -95,26 +104,29 @@ impl Start {
         Ok(Self { table_bytes: u32::from_le_bytes([low, middle, high, 0]), bytes: *bytes })
     }
 
-    /// How refinements are lifted (spec §5.4.5): what only a sound header need tell.
-    pub fn lifting(&self) -> Result<u8, FormatError> {
-        let [_, _, _, _, _, _, _, _, _, _, lifting, models, rows, ..] = self.bytes;
+    /// How refinements are coded: what only a sound header need tell.
+    pub fn coding(&self) -> Result<Coding, FormatError> {
+        let [_, _, _, _, _, _, _, _, _, _, lifting, models, reserved, ..] = self.bytes;
+        let refuse = |at, what| Err(FormatError::new(at, "3.2", what));
         if lifting > MAX_LIFTING {
-            let what = format!("a lifting of {lifting} 64ths; allowed 0 to {MAX_LIFTING}");
-            return Err(FormatError::new(10, "3.2", what));
+            return refuse(10, format!("a lifting of {lifting} 64ths; allowed 0 to {MAX_LIFTING}"));
         }
-        if [models, rows] != [0; 2] {
-            return Err(FormatError::new(11, "3.2", "reserved bytes are not zero"));
+        if models > 1 {
+            return refuse(11, format!("unknown set of models {models}"));
         }
-        Ok(lifting)
+        if reserved != 0 {
+            return refuse(12, "the reserved byte is not zero".to_owned());
+        }
+        Ok(Coding { lifting, rich_models: models == 1 })
     }
 
     /// The header of a table of so many bytes; `None` where they are too many.
     #[cfg(any(test, feature = "encode"))]
-    pub fn new(table_bytes: u32, lifting: u8) -> Option<Self> {
+    pub fn new(table_bytes: u32, coding: Coding) -> Option<Self> {
         let mut bytes = [0; Header::SIZE];
         bytes[..8].copy_from_slice(&MAGIC);
         bytes[8..10].copy_from_slice(&VERSION.to_le_bytes());
-        bytes[10] = lifting;
+        bytes[10..12].copy_from_slice(&[coding.lifting, u8::from(coding.rich_models)]);
         bytes[13..].copy_from_slice(&table_bytes.to_le_bytes()[..3]);
         (table_bytes <= MAX_TABLE_BYTES).then_some(Self { table_bytes, bytes })
     }
@@ -134,10 +146,13 @@ mod tests {
     #[test]
     fn golden_bytes() {
         let start = Start::read(&GOLDEN_HEADER).unwrap();
-        assert_eq!((start.table_bytes, start.lifting()), (47, Ok(0)));
-        assert_eq!(Start::new(47, 0), Some(start));
-        assert_eq!(Start::new(MAX_TABLE_BYTES, 32).unwrap().bytes[13..], [0xFF; 3]);
-        assert_eq!(Start::new(MAX_TABLE_BYTES + 1, 0), None);
+        assert_eq!((start.table_bytes, start.coding()), (47, Ok(Coding::default())));
+        assert_eq!(Start::new(47, Coding::default()), Some(start));
+        let coding = Coding { lifting: 32, rich_models: true };
+        let start = Start::new(MAX_TABLE_BYTES, coding).unwrap();
+        assert_eq!(start.coding(), Ok(coding));
+        assert_eq!(start.bytes[13..], [0xFF; 3]);
+        assert_eq!(Start::new(MAX_TABLE_BYTES + 1, coding), None);
     }
 
     #[test]
@@ -148,13 +163,13 @@ mod tests {
             (8, &[2, 0], 8, "written by format version 2; this decoder reads version 1"),
             (8, &[0, 0], 8, "written by format version 0; this decoder reads version 1"),
             (10, &[33], 10, "a lifting of 33 64ths; allowed 0 to 32"),
-            (11, &[1], 11, "reserved bytes are not zero"),
-            (12, &[128], 11, "reserved bytes are not zero"),
+            (11, &[2], 11, "unknown set of models 2"),
+            (12, &[128], 12, "the reserved byte is not zero"),
         ];
         for (at, bytes, offset, what) in rules {
             let mut header = GOLDEN_HEADER;
             header[at..at + bytes.len()].copy_from_slice(bytes);
-            let fault = Start::read(&header).and_then(|start| start.lifting()).expect_err("a rule is broken");
+            let fault = Start::read(&header).and_then(|start| start.coding()).expect_err("a rule is broken");
             assert_eq!(fault, FormatError::new(offset, "3.2", what), "{bytes:?} at {at}");
         }
     }

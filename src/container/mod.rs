@@ -21,7 +21,7 @@ mod want;
 mod write;
 
 pub use contents::{Atom, AtomKind, Contents, Level};
-pub use header::{Header, MAGIC, VERSION};
+pub use header::{Coding, Header, MAGIC, VERSION};
 pub use metadata::{FINDINGS, Metadata};
 pub use parse::{Parsed, Parser, parse_contents};
 pub use plan::{Part, Plan, plan, plan_from_keyframe};

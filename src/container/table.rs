@@ -5,7 +5,7 @@ use std::ops::Range;
 use super::checksum::SHORT;
 use super::contents::{Atom, AtomKind, Contents, Level};
 use super::fields::Fields;
-use super::header::{Header, Start};
+use super::header::{Coding, Header, Start};
 use super::magnitude;
 use crate::error::FormatError;
 use crate::limits::{MAX_ATOM_BYTES, MAX_ATOMS, MAX_ELEMENTS, MAX_LEVELS, MAX_METADATA_BYTES, max_walked};
@@ -20,14 +20,14 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
     if crc32c::crc32c_append(crc32c::crc32c(&start.bytes), body).to_le_bytes() != *checksum {
         return Err(FormatError::new(0, "3.4", "header and table of contents do not match their checksum"));
     }
-    let lifting = start.lifting()?;
+    let coding = start.coding()?;
     let mut table = Table {
         fields: Fields::new(body, at, "3.3"),
         atoms: Vec::new(),
         offset: at + u64::from(start.table_bytes),
         counts: [0; 2],
     };
-    let mut header = table.header(start.table_bytes, lifting)?;
+    let mut header = table.header(start.table_bytes, coding)?;
     let (levels, steps) = table.levels(&mut header)?;
     let mut contents = Contents {
         keyframes: vec![0..0; levels.len()],
@@ -73,9 +73,9 @@ struct Entry {
 
 impl Table<'_> {
     /// All but what the levels add.
-    fn header(&mut self, table_bytes: u32, lifting: u8) -> Result<Header, FormatError> {
+    fn header(&mut self, table_bytes: u32, coding: Coding) -> Result<Header, FormatError> {
         let (lattice, maximum) = self.lattice()?;
-        if lifting > 0 && lattice.bits == Lattice::MAX_BITS {
+        if coding.lifting > 0 && lattice.bits == Lattice::MAX_BITS {
             let what = format!("a lattice of {} bits leaves no room for lifting", lattice.bits);
             return Err(FormatError::new(10, "3.2", what));
         }
@@ -105,7 +105,7 @@ impl Table<'_> {
             base_triangles: triangles,
             level_count,
             lattice,
-            lifting,
+            coding,
             maximum,
             table_bytes,
         })

@@ -6,7 +6,7 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::contents::{AtomKind, Contents, Level};
-use super::header::Header;
+use super::header::{Coding, Header};
 use super::write::FileBuilder;
 use crate::mesh::lattice::Lattice;
 
@@ -22,7 +22,7 @@ pub fn small_file() -> FileBuilder {
     };
     let levels = vec![level(12, 20, 0, 0.09375), level(8, 12, 2, 0.25), level(5, 6, 3, 0.5)];
     let mut file = FileBuilder::new(lattice, [4095, 0, 17], levels);
-    file.lifting = 13;
+    file.coding = Coding { lifting: 13, rich_models: true };
     file.payload(AtomKind::Base, 2, b"base");
     file.atom(AtomKind::Precision, 1, 5, 0, b"precise".to_vec());
     file.atom(AtomKind::Refinement, 1, 1, 2, b"one".to_vec());
@@ -116,7 +116,7 @@ pub fn golden_header() -> Header {
         base_triangles: 4,
         level_count: 2,
         lattice: Lattice { origin: [-1.0, 0.0, 2.0], step: 0.5, bits: 8 },
-        lifting: 0,
+        coding: Coding::default(),
         maximum: [255, 0, 16],
         table_bytes: 47,
     }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::checksum::{self, SHORT};
 use super::contents::{AtomKind, Contents, Level};
-use super::header::{Header, Start};
+use super::header::{Coding, Header, Start};
 use super::magnitude;
 use super::parse_contents;
 use super::table::{ORIGIN_SHORT, SHARPER, SINGLE, STEP_SHORT, form_of};
@@ -22,8 +22,8 @@ use crate::mesh::lattice::Lattice;
 pub struct FileBuilder {
     /// The lattice of level 0.
     pub lattice: Lattice,
-    /// How far splits move the ends of their edges, in 64ths; see [`Header::lifting`].
-    pub lifting: u8,
+    /// How refinements are coded.
+    pub coding: Coding,
     /// The largest coordinates, in lattice units.
     pub maximum: [u32; 3],
     /// The levels, by number; the last is the base.
@@ -42,9 +42,9 @@ pub(super) struct Piece {
 }
 
 impl FileBuilder {
-    /// A file of these levels, without payloads and lifting as yet.
+    /// A file of these levels, without payloads as yet.
     pub fn new(lattice: Lattice, maximum: [u32; 3], levels: Vec<Level>) -> Self {
-        Self { lattice, lifting: 0, maximum, levels, pieces: Vec::new() }
+        Self { lattice, coding: Coding::default(), maximum, levels, pieces: Vec::new() }
     }
 
     /// The header that the file will have, as far as levels and lattice make it.
@@ -58,7 +58,7 @@ impl FileBuilder {
             base_triangles: base.triangles,
             level_count: self.levels.len() as u32,
             lattice: self.lattice,
-            lifting: self.lifting,
+            coding: self.coding,
             maximum: self.maximum,
             table_bytes: 0,
         }
@@ -119,7 +119,7 @@ impl FileBuilder {
             return refused(format!("{} levels, allowed 1 to {MAX_LEVELS}", self.levels.len()));
         }
         let table = self.table()?;
-        let start = u32::try_from(table.len() + 4).ok().and_then(|bytes| Start::new(bytes, self.lifting));
+        let start = u32::try_from(table.len() + 4).ok().and_then(|bytes| Start::new(bytes, self.coding));
         let Some(start) = start else {
             return refused(format!("a table of contents of {} bytes", table.len() + 4));
         };

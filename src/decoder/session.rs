@@ -104,6 +104,7 @@ impl Session {
 
     /// Sets out from the base or keyframe of level `start`.
     pub fn begin(&mut self, contents: Arc<Contents>, start: u32) {
+        self.models = SegmentModels::new(contents.header.coding.rich_models);
         self.contents = Some(contents);
         self.start = start;
     }
@@ -270,7 +271,7 @@ impl Session {
             self.budget.hold(&mut self.pass_held, 0)?;
         }
         if contents.starts_segment(level) {
-            self.models = SegmentModels::default();
+            self.models = self.models.afresh();
         }
         let entry = &contents.levels[level as usize];
         if let Some(log) = &mut self.log {
@@ -537,7 +538,7 @@ type Moved = (u32, [i32; 3]);
 fn cells(contents: &Contents, level: u32) -> Cells {
     let header = &contents.header;
     let precision = contents.levels[level as usize].precision;
-    Cells { bits: header.lattice.bits, precision, lifting: header.lifting }
+    Cells { bits: header.lattice.bits, precision, lifting: header.coding.lifting }
 }
 
 /// Tells which vertices lifts have moved, and how far.

@@ -78,7 +78,7 @@ impl<'a> Levels<'a> {
     pub fn code(&mut self, progress: &mut dyn FnMut(u64, u64) -> Result<()>) -> Result<()> {
         let total = self.simplified.history.operations().len() as u64;
         let mut done = 0;
-        let mut models = SegmentModels::default();
+        let mut models = SegmentModels::new(self.options.rich_models);
         for j in (0..self.simplified.history.level_count()).rev() {
             progress(done, total)?;
             self.sharpen(j as u32, &mut models);
@@ -89,7 +89,7 @@ impl<'a> Levels<'a> {
             if self.options.keyframes.contains(j as u32) {
                 let written = keyframe::encode(&self.mesh, self.places.cells(j).precision);
                 self.keyframes.push((j as u32, written));
-                models = SegmentModels::default();
+                models = models.afresh();
             }
         }
         progress(total, total)

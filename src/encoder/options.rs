@@ -32,6 +32,8 @@ pub struct Options {
     /// Whether level 0 has the vertices and triangles of the mesh in their order, none of them welded, and each triangle from
     /// its first corner.
     pub keep_order: bool,
+    /// Whether splits and flips are coded under more models each: about 1 % fewer bytes, decoded a little more slowly.
+    pub rich_models: bool,
     /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
     pub atom_bytes: usize,
     /// Most memory to use, in bytes, as estimated beforehand.
@@ -51,6 +53,7 @@ impl Default for Options {
             weld: Weld::Exact,
             exact: None,
             keep_order: false,
+            rich_models: false,
             atom_bytes: 16 << 10,
             max_memory: u64::MAX,
         }
@@ -67,7 +70,7 @@ impl Options {
     /// # Ok::<(), unweld::Error>(())
     /// ```
     pub fn profile(profile: Profile) -> Self {
-        Self { simplify: profile.simplify(), ..Self::default() }
+        Self { simplify: profile.simplify(), rich_models: profile.rich_models(), ..Self::default() }
     }
 }
 
@@ -159,6 +162,11 @@ impl Profile {
             Self::Small => simplify::Options::small(),
             Self::Fine => simplify::Options::fine(),
         }
+    }
+
+    /// Its [`Options::rich_models`].
+    pub fn rich_models(self) -> bool {
+        self == Self::Small
     }
 }
 

@@ -1,11 +1,13 @@
-//! Range coder, binary models, numbers, symbols. Knows no mesh; takes slices (spec §6).
+//! Range coder, binary models, their mixing, numbers, symbols. Knows no mesh; takes slices (spec §6).
 
+pub mod mix;
 pub mod model;
 pub mod number;
 pub mod range;
 pub mod symbol;
 pub mod varint;
 
+pub use mix::Mixer;
 pub use model::Bit;
 pub use number::{NumberModel, uniform};
 pub use range::RangeDecoder;
@@ -21,6 +23,9 @@ pub trait BitCoder {
 
     /// Codes a decision under an adaptive model.
     fn bit(&mut self, model: &mut Bit, known: impl FnOnce() -> bool) -> bool;
+
+    /// Codes a decision whose chance of being 0 is `zero`, in units of 2^-16, 32 to 65504.
+    fn decide(&mut self, zero: u32, known: impl FnOnce() -> bool) -> bool;
 
     /// Codes a decision at an even chance.
     fn even(&mut self, known: impl FnOnce() -> bool) -> bool;

@@ -33,10 +33,24 @@ impl Bit {
     /// An even chance.
     pub const NEW: Self = Self { zero: 1 << 15, count: 0 };
 
+    /// What is known beforehand: the probability of 0 in units of 2^-16, within 32 ..= 65504, as if learnt from `count` decisions,
+    /// of which there are at most 60.
+    pub const fn known(zero: u16, count: u8) -> Self {
+        debug_assert!(zero >= 32 && zero <= 65504 && count <= LIMIT);
+        Self { zero, count }
+    }
+
     /// Probability of 0 in units of 2^-16, 32 ..= 65504.
     #[inline]
     pub const fn zero(self) -> u32 {
         self.zero as u32
+    }
+
+    /// What a decision costs, in units of 1/256 bit, nearly: the logarithm by leading zeros and the bits behind.
+    pub fn cost(self, bit: bool) -> u32 {
+        let chance = if bit { (1 << 16) - self.zero() } else { self.zero() };
+        let exponent = 31 - chance.leading_zeros();
+        (16 << 8) - (exponent << 8) - ((chance << (31 - exponent)) >> 23 & 255)
     }
 
     /// Learns a decision.
@@ -68,6 +82,14 @@ mod tests {
                 model.learn(bits[k % 4]);
                 assert!((32..=65504).contains(&model.zero()), "{model:?}");
             }
+        }
+    }
+
+    #[test]
+    fn costs_are_logarithms() {
+        for (zero, zero_costs, one_costs) in [(32768, 256, 256), (49152, 128, 512), (32, 2816, 1)] {
+            let model = Bit::known(zero, 0);
+            assert_eq!([model.cost(false), model.cost(true)], [zero_costs, one_costs]);
         }
     }
 

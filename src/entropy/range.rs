@@ -123,6 +123,13 @@ impl BitCoder for RangeEncoder {
     }
 
     #[inline]
+    fn decide(&mut self, zero: u32, known: impl FnOnce() -> bool) -> bool {
+        let bit = known();
+        self.encode(zero, bit);
+        bit
+    }
+
+    #[inline]
     fn even(&mut self, known: impl FnOnce() -> bool) -> bool {
         let bit = known();
         self.encode(1 << 15, bit);
@@ -238,6 +245,11 @@ impl BitCoder for RangeDecoder<'_> {
         let bit = self.decode(model.zero());
         model.learn(bit);
         bit
+    }
+
+    #[inline]
+    fn decide(&mut self, zero: u32, _known: impl FnOnce() -> bool) -> bool {
+        self.decode(zero)
     }
 
     #[inline]

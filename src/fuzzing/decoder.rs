@@ -110,7 +110,7 @@ fn check(decoder: &Decoder) {
     };
     assert_eq!(mesh.positions.len(), mesh.table.vertex_slots());
     let header = &contents.header;
-    let cells = Cells { bits: header.lattice.bits, precision: 0, lifting: header.lifting };
+    let cells = Cells { bits: header.lattice.bits, precision: 0, lifting: header.coding.lifting };
     assert!(mesh.positions.iter().all(|&p| cells.hold_position(p)), "a position off the lattice");
     let assembled = decoder.assembled().expect("the base is there");
     check_indices(&assembled);

@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::choices::Choices;
 use crate::codec::grid::Real;
-use crate::container::{AtomKind, Contents, FileBuilder, Level, parse_contents};
+use crate::container::{AtomKind, Coding, Contents, FileBuilder, Level, parse_contents};
 use crate::encoder::{Encoder, Keyframes, Options, Preview};
 use crate::mesh::{IndexedMesh, Lattice, shapes};
 
@@ -12,7 +12,7 @@ use crate::mesh::{IndexedMesh, Lattice, shapes};
 #[derive(Clone, Debug)]
 pub struct Seed {
     lattice: Lattice,
-    lifting: u8,
+    coding: Coding,
     maximum: [u32; 3],
     levels: Vec<Level>,
     pieces: Vec<Piece>,
@@ -54,7 +54,7 @@ impl Seed {
 
     /// How far its levels are lifted.
     pub fn lifting(&self) -> u8 {
-        self.lifting
+        self.coding.lifting
     }
 
     /// What the table says of a level.
@@ -72,13 +72,13 @@ impl Seed {
             triangles: atom.triangles,
             bytes: file[atom.offset as usize..atom.end() as usize].to_vec(),
         });
-        let (lattice, lifting, maximum) = (header.lattice, header.lifting, header.maximum);
-        Self { lattice, lifting, maximum, levels: levels.clone(), pieces: pieces.collect() }
+        let (lattice, coding, maximum) = (header.lattice, header.coding, header.maximum);
+        Self { lattice, coding, maximum, levels: levels.clone(), pieces: pieces.collect() }
     }
 
     fn write(self) -> Option<Vec<u8>> {
         let mut builder = FileBuilder::new(self.lattice, self.maximum, self.levels);
-        builder.lifting = self.lifting;
+        builder.coding = self.coding;
         for Piece { kind, level, items, triangles, bytes } in self.pieces {
             builder.atom(kind, level, items, triangles, bytes);
         }
@@ -118,7 +118,7 @@ impl Seed {
             14 => self.sharpen(choices),
             _ => {
                 self.lattice.bits = 8 + choices.below(17) as u32;
-                self.lifting = choices.below(34) as u8;
+                self.coding.lifting = choices.below(34) as u8;
                 self.maximum = self.maximum.map(|x| x.min((1 << self.lattice.bits) - 1));
             }
         }

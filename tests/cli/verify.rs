@@ -73,7 +73,7 @@ fn forged(file: &[u8], level: u32) -> Vec<u8> {
     let contents = decoder.contents().unwrap();
     let header = &contents.header;
     let mut forged = FileBuilder::new(header.lattice, header.maximum, contents.levels.clone());
-    forged.lifting = header.lifting;
+    forged.coding = header.coding;
     let bytes = |atom: &Atom| file[atom.offset as usize..atom.end() as usize].to_vec();
     for atom in &contents.atoms {
         match atom.kind {

@@ -31,6 +31,7 @@ pub struct File {
     pub maximum: [u64; 3],
     /// f of §5.4.5.
     pub lifting: u8,
+    pub rich_models: bool,
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
     pub atoms: Vec<Atom>,
@@ -63,7 +64,9 @@ impl File {
         demand(fields.u16()? == 1, "3.2: version")?;
         let lifting = fields.u8()?;
         demand(lifting <= 32, "3.2: lifting")?;
-        demand(fields.take(2)? == [0; 2], "3.2: reserved")?;
+        let models = fields.u8()?;
+        demand(models <= 1, "3.2: set of models")?;
+        demand(fields.u8()? == 0, "3.2: reserved")?;
         let length = fields.u24()? as usize;
         let table = fields.take(length)?;
         demand(table.len() >= 4, "3.3: table too short")?;
@@ -81,7 +84,7 @@ impl File {
             demand(checksum(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
-        Ok(Self { origin, step, bits, maximum, lifting, levels, atoms })
+        Ok(Self { origin, step, bits, maximum, lifting, rich_models: models == 1, levels, atoms })
     }
 
     /// Of a level.

@@ -6,43 +6,85 @@ use super::walk::{Edge, Mesh};
 
 type Cell = [i64; 3];
 
-/// Of a split, with the number that its class is made from.
+/// What is seen of an edge when it is looked at.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Looked {
+    pub square: f32,
+    pub size: f32,
+    /// Rich models alone have these.
+    pub angle: usize,
+    pub ends: i64,
+    pub far: i64,
+}
+
+/// Of a split.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Split {
     pub kind: usize,
     pub closed: usize,
     pub class: usize,
-    pub size: f32,
+    pub length: usize,
+    pub looked: Looked,
 }
 
-/// Of a flip, with the two numbers that it is made from.
+/// Of a flip, with the two numbers that its shape is made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flip {
     pub bend: usize,
+    /// That of rich models; for others, twice as coarse.
     pub angle: usize,
+    pub flips: usize,
+    pub closed: usize,
+    /// Of p, q and r.
+    pub valences: [i64; 3],
+    pub reach: usize,
     pub sum: f32,
     pub cosine: f32,
 }
 
-/// How long an edge is beside those at its ends, as the mesh stands: what its class is made from.
-pub fn size(mesh: &Mesh, (a, b): Edge, cell: impl Fn(usize) -> Cell) -> f32 {
-    let [at_a, at_b] = [a, b].map(|w| Extent::of(mesh, w, &cell));
-    let (count, total) = (at_a.edges + at_b.edges, at_a.squares.wrapping_add(at_b.squares));
-    (d2(cell(a), cell(b)) * count as f32) / larger(total as f32, 1.0)
+impl Looked {
+    /// An edge named by k, as the mesh stands; none where there is no such edge any more.
+    pub fn at(mesh: &Mesh, k: Edge, cell: impl Fn(usize) -> Cell) -> Option<Self> {
+        let left = *mesh.third.get(&k)?;
+        let right = mesh.third.get(&(k.1, k.0)).copied();
+        let of = |w| Extent::of(mesh, w, &cell);
+        let (at_a, at_b) = (of(k.0), of(k.1));
+        let (count, total) = (at_a.edges + at_b.edges, at_a.squares.wrapping_add(at_b.squares));
+        let square = d2(cell(k.0), cell(k.1));
+        Some(Self {
+            square,
+            size: (square * count as f32) / larger(total as f32, 1.0),
+            angle: flip([left, right.unwrap_or(left), k.0, k.1].map(&cell)).angle / 2,
+            ends: count,
+            far: right.map_or(0, |right| of(left).edges + of(right).edges),
+        })
+    }
 }
 
-/// The context of a split of the edge named by k, which had this size when it was looked at.
-pub fn split(mesh: &Mesh, k: Edge, size: f32, is_starred: impl Fn(Edge) -> bool) -> Split {
+/// The context of a split of the edge named by k.
+pub fn split(mesh: &Mesh, k: Edge, looked: Looked, is_starred: impl Fn(Edge) -> bool) -> Split {
     let o = mesh.opposite(k);
     let names: Vec<Edge> = [Some(k), o].into_iter().flatten().collect();
     let sides = names.iter().flat_map(|&e| [mesh.next(e), mesh.prev(e)]);
     let closed = sides.filter(|&e| mesh.opposite(e).is_none_or(&is_starred)).count();
-    let quarter = i64::from(size.to_bits() >> 21 & 3);
-    let class = (4 * exponent(size) + quarter + 10).clamp(0, 19) as usize;
-    Split { kind: usize::from(o.is_none()), closed, class, size }
+    let class = (quarters(looked.size) + 10).clamp(0, 19) as usize;
+    let length = quarters(looked.square).max(0) as usize;
+    Split { kind: usize::from(o.is_none()), closed, class, length, looked }
 }
 
-/// The context of a flip of p→q between v and r.
+/// reach of v, r, p, q.
+pub fn reach([v, r, p, q]: [Cell; 4]) -> usize {
+    let size = d2(v, r) / larger(d2(p, q), 1.0);
+    let half = i64::from(size.to_bits() >> 22 & 1);
+    (2 * exponent(size) + half + 6).clamp(0, 11) as usize
+}
+
+/// Quarters of octaves.
+fn quarters(x: f32) -> i64 {
+    4 * exponent(x) + i64::from(x.to_bits() >> 21 & 3)
+}
+
+/// What is known of the shape of p→q between v and r; the rest of the context is open.
 pub fn flip([v, r, p, q]: [Cell; 4]) -> Flip {
     let (x, y) = (Vector::between(v, p), Vector::between(v, q));
     let (z, w) = (Vector::between(r, p), Vector::between(r, q));
@@ -52,10 +94,10 @@ pub fn flip([v, r, p, q]: [Cell; 4]) -> Flip {
     let over = 1.0 / (n * m);
     let sum = (dot(x, y) * m + dot(z, w) * n) * over;
     let t = sum / (1.0 + sum.abs());
-    let angle = floor(t * 8.0 + 8.0).clamp(0, 15) as usize;
+    let angle = floor(t * 16.0 + 16.0).clamp(0, 31) as usize;
     let cosine = dot(ours, theirs) * over;
     let bend = ((exponent(1.0 - cosine).clamp(-8, 1) + 8) / 2) as usize;
-    Flip { bend, angle, sum, cosine }
+    Flip { bend, angle, flips: 0, closed: 0, valences: [0; 3], reach: 0, sum, cosine }
 }
 
 #[test]
@@ -69,9 +111,12 @@ fn the_square_of_chapter_5() {
     for (w, edges, squares) in [(a, 3, 260_100), (b, 2, 130_050), (c, 3, 260_100), (d, 2, 130_050)] {
         assert_eq!(Extent::of(&mesh, w, cell), Extent { edges, squares });
     }
-    let context = |k| split(&mesh, k, size(&mesh, k, cell), |_| false);
-    assert_eq!(context((a, b)), Split { kind: 1, closed: 1, class: 8, size: 5.0 / 6.0 });
-    assert_eq!(context((c, a)), Split { kind: 0, closed: 4, class: 12, size: 1.5 });
+    let looked = |k| Looked::at(&mesh, k, cell).unwrap();
+    let context = |k| split(&mesh, k, looked(k), |_| false);
+    let at_ab = Looked { square: 65025.0, size: 5.0 / 6.0, angle: 13, ends: 5, far: 0 };
+    assert_eq!(context((a, b)), Split { kind: 1, closed: 1, class: 8, length: 63, looked: at_ab });
+    let at_ca = Looked { square: 130050.0, size: 1.5, angle: 8, ends: 6, far: 4 };
+    assert_eq!(context((c, a)), Split { kind: 0, closed: 4, class: 12, length: 67, looked: at_ca });
 }
 
 /// All edges of one length: class 10, whatever else.
@@ -81,7 +126,8 @@ fn as_even_as_can_be() {
     mesh.points = vec![[4, 0, 0], [0, 4, 0], [0, 0, 4], [4, 4, 4]];
     mesh.add([0, 1, 2]);
     mesh.add([1, 0, 3]);
-    let context = |k| split(&mesh, k, size(&mesh, k, |v| mesh.points[v]), |_| false).class;
+    let looked = |k| Looked::at(&mesh, k, |v| mesh.points[v]).unwrap();
+    let context = |k| split(&mesh, k, looked(k), |_| false).class;
     assert_eq!([context((0, 1)), context((1, 2))], [10, 10]);
 }
 
@@ -89,6 +135,10 @@ fn as_even_as_can_be() {
 #[test]
 fn two_right_angles() {
     let [v, p, q] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]];
-    assert_eq!(flip([v, [1, 1, 0], p, q]), Flip { bend: 0, angle: 8, sum: 0.0, cosine: 1.0 });
-    assert_eq!(flip([v, v, p, q]), Flip { bend: 4, angle: 8, sum: 0.0, cosine: -1.0 });
+    let shape = |r| {
+        let flip = flip([v, r, p, q]);
+        (flip.bend, flip.angle, flip.sum, flip.cosine)
+    };
+    assert_eq!(shape([1, 1, 0]), (0, 16, 0.0, 1.0));
+    assert_eq!(shape(v), (4, 16, 0.0, -1.0));
 }

@@ -10,13 +10,19 @@ use super::vector::{Vector, clamp, exponent, floor, larger};
 /// The models of coordinates.
 pub struct Models {
     /// By place, octave and phase.
-    token: Vec<[[Symbol; 3]; 56]>,
+    token: [Vec<[Symbol; 3]>; 3],
     far: Number,
 }
 
 impl Models {
     pub fn fresh() -> Self {
-        Self { token: vec![[[Symbol::FRESH; 3]; 56]; 3], far: Number::FRESH }
+        let fresh = |octave: i64, phase: i64| {
+            let shift = (octave - 6).max(0) / 2;
+            let variance = 203 * (1 << (octave - 2 * shift)) / 16 + 12;
+            Symbol::bell(variance, if shift > 0 { 5 } else { 4 - 4 * phase })
+        };
+        let octaves: Vec<_> = (0..56).map(|octave| [0i64, 1, 2].map(|phase| fresh(octave, phase))).collect();
+        Self { token: [0, 1, 2].map(|_| octaves.clone()), far: Number::FRESH }
     }
 }
 
@@ -69,6 +75,10 @@ pub fn locate(start: [i64; 3], expected: Vector, axes: [Vector; 3], reader: &mut
     Ok(cell)
 }
 
+fn shift(octave: i64) -> i64 {
+    (octave - 6).clamp(0, 32) / 2
+}
+
 fn coordinate(
     place: usize,
     axis: usize,
@@ -78,7 +88,7 @@ fn coordinate(
     reader: &mut Reader,
 ) -> Result<f32> {
     let octave = exponent(larger(variance, 0.0625)) + 4;
-    let shift = ((octave - 6).clamp(0, 32) / 2) as u32;
+    let shift = shift(octave) as u32;
     let origin = floor(clamp(expected, -67_108_864.0, 67_108_864.0) + 0.5);
     let mut phase = 0;
     if shift == 0 {

@@ -11,7 +11,7 @@ pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> R
     let shift = |j: usize| file.levels[j].shift;
     let kind = if start == file.levels.len() - 1 { BASE } else { KEYFRAME };
     let mut mesh = keyframe::read(&file.payload(kind, start), file.levels[start], file.scale(start))?;
-    let mut models = Models::fresh();
+    let mut models = Models::fresh(file.rich_models);
     see(start, &mesh);
     for j in (0..start).rev() {
         if shift(j) < shift(j + 1) {
@@ -22,7 +22,7 @@ pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> R
         refinement::level_pass(&mut mesh, atoms, file.scale(j), &mut models)?;
         see(j, &mesh);
         if !file.atoms_of(KEYFRAME, j).is_empty() {
-            models = Models::fresh();
+            models = Models::fresh(file.rich_models);
         }
     }
     let (mut whole, origins) = residue::whole(file, &mesh)?;

@@ -56,10 +56,7 @@ impl<'a> Code<'a> {
     /// A decision under a model (§6.2).
     pub fn read(&mut self, m: &mut Model) -> Result<bool> {
         let bit = self.decide(m.zero as u64)?;
-        let target = if bit { 32 } else { 65504 };
-        let rate = (131_073 + m.count) / (2 * m.count + 3);
-        m.zero += ((target - m.zero) * (rate >> 1)) >> 15;
-        m.count = (m.count + 1).min(60);
+        m.learn(bit);
         Ok(bit)
     }
 
@@ -193,6 +190,22 @@ pub struct Model {
 
 impl Model {
     pub const FRESH: Self = Self { zero: 32768, count: 0 };
+
+    /// One that is known beforehand, as if it had learnt from six decisions.
+    pub fn known(zero: i64) -> Self {
+        Self { zero, count: 6 }
+    }
+
+    pub fn zero(&self) -> i64 {
+        self.zero
+    }
+
+    pub fn learn(&mut self, bit: bool) {
+        let target = if bit { 32 } else { 65504 };
+        let rate = (131_073 + self.count) / (2 * self.count + 3);
+        self.zero += ((target - self.zero) * (rate >> 1)) >> 15;
+        self.count = (self.count + 1).min(60);
+    }
 }
 
 /// A number model (§6.3).

@@ -35,7 +35,8 @@ impl Pass {
         let level = Level { vertices, triangles, shift: 0, max_error: 0.0, rms_error: 0.0 };
         let mut mesh =
             keyframe::read(payload, level, Scale { shift: level.shift, ..Scale::plain(8) }).unwrap();
-        let (steps, result) = trace_pass(&mut mesh, vec![&atom], Scale::plain(8), &mut Models::fresh(), None);
+        let models = &mut Models::fresh(false);
+        let (steps, result) = trace_pass(&mut mesh, vec![&atom], Scale::plain(8), models, None);
         result.unwrap();
         Self { mesh, steps }
     }
@@ -49,13 +50,15 @@ impl Pass {
         let arrow = |(a, b): Edge| format!("{}→{}", letter(a), letter(b));
         let question = |step: &Step| match *step {
             Step::Split(k, c, yes) => {
-                let model = format!("[{}][{}][{}]", c.kind, c.closed, c.class);
-                Some(format!("split {}? {model} {} {}", arrow(k), u8::from(yes), c.size))
+                let models = format!("[{}][{}][{}, {}]", c.kind, c.closed, c.class, c.length);
+                Some(format!("split {}? {models} {} {}", arrow(k), u8::from(yes), c.looked.size))
             }
             Step::Flip(edge, r, c, yes) => {
-                let model = format!("[{}][{}]", c.bend, c.angle);
+                let [p, q, at_r] = c.valences;
+                let excess = p + q - at_r - c.flips as i64 - 1;
+                let models = format!("[{excess}][{}][{}]", c.bend, c.angle / 2);
                 let beyond = format!("flip {}, r = {}?", arrow(edge), letter(r));
-                Some(format!("{beyond} {model} {} {} {}", u8::from(yes), c.sum, c.cosine))
+                Some(format!("{beyond} {models} {} {} {}", u8::from(yes), c.sum, c.cosine))
             }
             Step::Face(t, yes) => {
                 Some(format!("face {}? {}", t.map(letter).iter().collect::<String>(), u8::from(yes)))
@@ -103,14 +106,14 @@ impl Pass {
 #[test]
 fn the_square() {
     let base = [0x04, 0x6F, 0x5F, 0x63, 0x8C, 0x82];
-    let pass = Pass::of(&base, [4, 2], atom(REFINEMENT, 0, 2, 3, &[0x4C, 0xED, 0x01, 0x80, 0xA4]));
+    let pass = Pass::of(&base, [4, 2], atom(REFINEMENT, 0, 2, 3, &[0x61, 0x56, 0xDB, 0x22, 0xBD, 0x05]));
     let points = [('A', [0, 0, 0]), ('B', [255, 0, 0]), ('C', [255, 255, 0]), ('D', [0, 255, 0])];
     assert_eq!(
         pass.questions(&points),
         [
-            "split A→B? [1][1][8] 0 0.8333333",
-            "split B→C? [1][1][8] 0 0.8333333",
-            "split C→A? [0][4][12] 1 1.5",
+            "split A→B? [1][1][8, 63] 0 0.8333333",
+            "split B→C? [1][1][8, 63] 0 0.8333333",
+            "split C→A? [0][4][12, 67] 1 1.5",
             "attach A→B? 1",
         ]
     );
@@ -139,7 +142,7 @@ fn the_square_from_a_coarser_lattice() {
     draft.atoms = vec![
         atom(BASE, 1, 0, 0, &[0x04, 0x6F, 0x5F, 0x4E, 0x2E, 0xE0]),
         atom(PRECISION, 0, 8, 0, &[0x1E, 0x36, 0x64]),
-        atom(REFINEMENT, 0, 2, 3, &[0x4C, 0xED, 0x01, 0x80, 0xA4]),
+        atom(REFINEMENT, 0, 2, 3, &[0x61, 0x56, 0xDB, 0x22, 0xBD, 0x05]),
     ];
     let in_other_pieces = agree(&by_hand::file().bytes()).unwrap();
     assert_eq!(agree(&draft.bytes()).unwrap(), in_other_pieces);
@@ -156,7 +159,7 @@ fn the_square_from_a_coarser_lattice() {
 #[test]
 fn the_octahedron() {
     let base = [0, 0x5B, 0xFA, 0xAE, 0x2D, 0x66, 0x71, 0xE6, 0xED, 0x55, 0x67, 0xFC, 0x93, 0xC6, 0x2C];
-    let code = [0xC4, 0xA5, 0xE7, 0xB7, 0x32, 0x93];
+    let code = [0x76, 0xEC, 0xA3, 0xF9, 0xDD, 0x78, 0x96];
     let pass = Pass::of(&base, [6, 8], atom(REFINEMENT, 0, 3, 6, &code));
     let points = [
         ('A', [20, 10, 9]),
@@ -172,19 +175,19 @@ fn the_octahedron() {
     assert_eq!(
         pass.questions(&points),
         [
-            "split A→B? [0][0][10] 1 1.1312102",
-            "flip B→E, r = C? [3][11] 1 0.87817794 0.70417464",
-            "flip E→A, r = D? [2][11] 0 0.74577713 0.8267751",
-            "flip A→F, r = D? [3][12] 0 1.1938424 0.6627084",
-            "flip C→E, r = D? [4][13] 0 2.2336366 -0.027086161",
-            "split E→D? [0][2][9] 0 0.94448346",
-            "split D→A? [0][2][9] 0 0.9758713",
-            "split D→F? [0][1][9] 0 0.9315455",
-            "split F→C? [0][2][10] 0 1.0090592",
-            "split C→D? [0][1][10] 1 1.1903485",
-            "flip D→E, r = A? [1][12] 0 1.2692795 0.9682525",
-            "flip C→F, r = B? [3][13] 0 2.1634614 0.10644485",
-            "flip F→D, r = A? [3][13] 0 2.1103792 0.12366617",
+            "split A→B? [0][0][10, 30] 1 1.1312102",
+            "flip B→E, r = C? [4][3][11] 1 0.87817794 0.70417464",
+            "flip E→A, r = D? [2][2][11] 0 0.74577713 0.8267751",
+            "flip A→F, r = D? [3][3][12] 0 1.1938424 0.6627084",
+            "flip C→E, r = D? [3][4][13] 0 2.2336366 -0.027086161",
+            "split E→D? [0][2][9, 29] 0 0.94448346",
+            "split D→A? [0][2][9, 29] 0 0.9758713",
+            "split D→F? [0][1][9, 29] 0 0.9315455",
+            "split F→C? [0][2][10, 29] 0 1.0090592",
+            "split C→D? [0][1][10, 30] 1 1.1903485",
+            "flip D→E, r = A? [4][1][12] 0 1.2692795 0.9682525",
+            "flip C→F, r = B? [7][3][13] 0 2.1634614 0.10644485",
+            "flip F→D, r = A? [5][3][13] 0 2.1103792 0.12366617",
             "face DAE? 1",
         ]
     );

@@ -48,7 +48,7 @@ pub fn refinement(mesh: impl Fn() -> Mesh, answers: &[u64], most: u64, scale: Sc
         let (mut mesh, tap) = (mesh(), scripted(answers));
         let before = (mesh.points.len(), mesh.third.len());
         let atom = Atom { kind: REFINEMENT, level: 0, items, triangles, length: 0, sum: 0, bytes: vec![] };
-        let models = &mut Models::fresh();
+        let models = &mut Models::fresh(false);
         let (steps, verdict) = trace_pass(&mut mesh, vec![&atom], scale, models, Some(&tap));
         let bytes = encode(tap.into_inner().log.into_iter().map(|(part, _)| part));
         let added = ((mesh.points.len() - before.0) as u64, (mesh.third.len() - before.1) as u64 / 3);
@@ -121,7 +121,7 @@ fn carry(bytes: &mut [u8], low: &mut u64) {
 
 #[test]
 fn answers_come_back() {
-    let mut model = Symbol::FRESH;
+    let mut model = Symbol::bell(300, 0);
     let tap = scripted(&(0..3000u64).map(|i| i * 7 % 67).collect::<Vec<_>>());
     let read = |code: &mut Code, model: &mut Symbol, i: u64| match i % 3 {
         0 => u64::from(code.decide(32 + i * i * 7919 % 65473).unwrap()),
@@ -132,7 +132,7 @@ fn answers_come_back() {
     let written: Vec<u64> = (0..3000).map(|i| read(&mut code, &mut model, i)).collect();
     let bytes = encode(tap.take().log.into_iter().map(|(part, _)| part));
 
-    let mut model = Symbol::FRESH;
+    let mut model = Symbol::bell(300, 0);
     let mut code = Code::start(&bytes);
     assert_eq!((0..3000).map(|i| read(&mut code, &mut model, i)).collect::<Vec<_>>(), written);
     code.end().unwrap();

@@ -94,7 +94,8 @@ fn stages() -> Vec<Stage> {
 fn first(stage: &Stage, kind: fn(&Step) -> bool) -> Option<Vec<u64>> {
     let asked = stage.forge(&[], 1).steps;
     let place = asked.iter().position(kind)?;
-    Some([vec![0; place], vec![1]].concat())
+    // Before all of them, which length splits go by.
+    Some([vec![0; place + 1], vec![1]].concat())
 }
 
 /// A level of one vertex with its cell there, or as near to it as the code can say.
@@ -208,7 +209,8 @@ fn numbers_too_large() {
                 (forge::number((1 << 32) - 1), "§5.4.4: too far"),
                 (vec![1; 33], "§6.3: a number of more than 32 bits"),
             ] {
-                let answers = [&[1, token][..], &beyond].concat();
+                // By which length, then whether the first edge is split.
+                let answers = [&[0, 1, token][..], &beyond].concat();
                 let level = stage.forge(&answers, 1);
                 assert_eq!(level.verdict, Err(why.into()));
                 assert!(stage.judge(&level).is_none());

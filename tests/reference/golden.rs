@@ -66,7 +66,11 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
     vec![
         ("tetrahedron.uwm", snapped(shapes::tetrahedron()), Options::default()),
         ("disc.uwm", snapped(shapes::disc_with_ears()), Options { atom_bytes: 1, ..small(10, 4, 1) }),
-        ("torus.uwm", torus, Options { keyframes: Keyframes::Every(4), ..small(10, 12, 3) }),
+        (
+            "torus.uwm",
+            torus,
+            Options { keyframes: Keyframes::Every(4), rich_models: true, ..small(10, 12, 3) },
+        ),
         ("sphere.uwm", snapped(shapes::sphere(1)), Options { keyframes: Keyframes::Every(3), ..sphere }),
         ("exact.uwm", disc.clone(), Options { exact: Some(Real::Binary32), ..small(9, 4, 4) }),
         (

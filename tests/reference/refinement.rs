@@ -7,7 +7,9 @@ use super::codes::Codes;
 use super::container::{Atom, Result, demand};
 use super::contexts;
 use super::coordinates::{self, Reader};
+use super::decisions;
 use super::entropy::{Model, Tap};
+use super::extent::Extent;
 use super::lifting::Scale;
 use super::position::{self, Frame};
 use super::trace::Step;
@@ -16,8 +18,8 @@ use super::walk::{Edge, Mesh, Walk};
 
 /// The models of a segment (§5.2).
 pub struct Models {
-    split: [[[Model; 20]; 5]; 2],
-    flip: [[Model; 16]; 5],
+    split: decisions::Splits,
+    flip: decisions::Flips,
     face: Model,
     attach: Model,
     coordinates: coordinates::Models,
@@ -26,10 +28,10 @@ pub struct Models {
 }
 
 impl Models {
-    pub fn fresh() -> Self {
+    pub fn fresh(rich: bool) -> Self {
         Self {
-            split: [[[Model::FRESH; 20]; 5]; 2],
-            flip: [[Model::FRESH; 16]; 5],
+            split: decisions::Splits::fresh(rich),
+            flip: decisions::Flips::fresh(rich),
             face: Model::FRESH,
             attach: Model::FRESH,
             coordinates: coordinates::Models::fresh(),
@@ -89,7 +91,7 @@ pub fn trace_pass(
     let old = mesh.points.len();
     let codes = Codes::of(atoms, tap);
     let cells = mesh.points.iter().map(|point| point.map(|x| x >> scale.shift)).collect();
-    let mut pass = Pass { mesh, codes, models, scale, cells, old, trace: Vec::new() };
+    let mut pass = Pass { mesh, codes, models, scale, cells, old, by_itself: false, trace: Vec::new() };
     let result = pass.run(walk);
     (pass.trace, result)
 }
@@ -103,6 +105,7 @@ struct Pass<'a> {
     cells: Vec<[i64; 3]>,
     /// Vertices from this one on are new.
     old: usize,
+    by_itself: bool,
     trace: Vec<Step>,
 }
 
@@ -110,11 +113,14 @@ impl<'a> Pass<'a> {
     fn run(&mut self, walk: Walk) -> Result<()> {
         let boundary = walk.boundary(self.mesh);
         let outline: HashSet<usize> = boundary.iter().flat_map(|&(a, b)| [a, b]).collect();
+        if !walk.edges.is_empty() && !self.codes.complete() {
+            self.by_itself = self.models.split.choose(&mut self.codes.code)?;
+        }
         for together in walk.edges.chunks(64) {
-            let size = |&k: &Edge| contexts::size(self.mesh, k, |v| self.cell(v));
-            let sizes: Vec<f32> = together.iter().map(size).collect();
-            for (&k, size) in together.iter().zip(sizes) {
-                self.split(k, size, &outline)?;
+            let look = |&k: &Edge| contexts::Looked::at(self.mesh, k, |v| self.cell(v));
+            let looked: Vec<_> = together.iter().map(look).collect();
+            for (&k, looked) in together.iter().zip(looked) {
+                self.split(k, looked, &outline)?;
             }
         }
         for c in walk.triangles {
@@ -126,8 +132,8 @@ impl<'a> Pass<'a> {
         demand(self.codes.complete(), "5.2: the pass ends before its atoms")
     }
 
-    /// `size` is that of the edge when it was looked at (§5.5.2), `outline` are the vertices of the boundary.
-    fn split(&mut self, k: Edge, size: f32, outline: &HashSet<usize>) -> Result<()> {
+    /// `looked` is what was seen of the edge when it was looked at (§5.5.2), `outline` are the vertices of the boundary.
+    fn split(&mut self, k: Edge, looked: Option<contexts::Looked>, outline: &HashSet<usize>) -> Result<()> {
         let o = (k.1, k.0);
         if self.codes.complete()
             || self.is_starred(k)
@@ -135,9 +141,9 @@ impl<'a> Pass<'a> {
         {
             return Ok(());
         }
-        let context = contexts::split(self.mesh, k, size, |c| self.is_starred(c));
-        let model = &mut self.models.split[context.kind][context.closed][context.class];
-        let yes = self.codes.code.read(model)?;
+        let looked = looked.expect("the triangle of an edge that is asked about stood there all along");
+        let context = contexts::split(self.mesh, k, looked, |c| self.is_starred(c));
+        let yes = self.models.split.read(&mut self.codes.code, context, self.by_itself)?;
         self.trace.push(Step::Split(k, context, yes));
         if !yes {
             return Ok(());
@@ -183,8 +189,14 @@ impl<'a> Pass<'a> {
             if [p, q, r].iter().any(|&w| w >= self.old && w != v) || r == v || ring.contains(&r) {
                 continue;
             }
-            let context = contexts::flip([v, r, p, q].map(|w| self.cell(w)));
-            let yes = self.codes.code.read(&mut self.models.flip[context.bend][context.angle])?;
+            let context = contexts::Flip {
+                flips: destroyed.len() - 1,
+                reach: contexts::reach([v, r, p, q].map(|w| self.cell(w))),
+                closed: [(p, r), (r, q)].iter().filter(|&&(s, e)| self.is_closed((e, s))).count(),
+                valences: [p, q, r].map(|w| Extent::of(self.mesh, w, |w| self.cell(w)).edges),
+                ..contexts::flip([v, r, p, q].map(|w| self.cell(w)))
+            };
+            let yes = self.models.flip.read(&mut self.codes.code, context)?;
             self.trace.push(Step::Flip((p, q), r, context, yes));
             if yes {
                 self.mesh.remove([v, p, q]);
@@ -258,6 +270,11 @@ impl<'a> Pass<'a> {
 
     fn cell(&self, v: usize) -> [i64; 3] {
         self.cells[v]
+    }
+
+    /// Whether the triangle of an edge is none or has a new vertex.
+    fn is_closed(&self, (a, b): Edge) -> bool {
+        self.mesh.third.get(&(a, b)).is_none_or(|&tip| [tip, a, b].iter().any(|&w| w >= self.old))
     }
 
     /// Whether a listed triangle has a new vertex by now, or is gone, since it was rewritten with one.

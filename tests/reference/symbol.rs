@@ -14,18 +14,18 @@ pub struct Symbol {
 }
 
 impl Symbol {
-    /// A bell round symbol 8.
-    pub const FRESH: Self = {
-        let weight = [1, 2, 3, 5, 8, 12, 18, 25, 30, 25, 18, 12, 8, 5, 3];
-        let mut sums = [WHOLE; 16];
-        let (mut i, mut sum) = (0, 0);
-        while i < 15 {
-            sum += weight[i];
-            sums[i] = 757_921 * sum;
-            i += 1;
-        }
-        Self { sums, count: 0 }
-    };
+    /// bell(variance, offset).
+    pub fn bell(variance: i64, offset: i64) -> Self {
+        let spread = 5 * variance;
+        let weight = |i: i64| {
+            let d = 12 * (i - 8) + offset;
+            let near = 1024 * spread / (spread + d * d);
+            near * near * near / 1024 + 100
+        };
+        let sum = |n: i64| (0..n).map(weight).sum::<i64>();
+        let sums = [0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15];
+        Self { sums: sums.map(|i| WHOLE * sum(i + 1) / sum(16)), count: 48 }
+    }
 
     /// end(i).
     fn end(&self, i: usize) -> u64 {
@@ -62,18 +62,17 @@ impl Code<'_> {
 
 #[test]
 fn the_example_of_the_chapter() {
-    let mut model = Symbol::FRESH;
-    let mut code = Code::start(&[0x7C, 0x03, 0x0D, 0xB4, 0x10]);
+    let mut model = Symbol::bell(418, 0);
+    let mut code = Code::start(&[0x79, 0x6B, 0xFB, 0xCC, 0x14, 0x08]);
     let ends = |model: &Symbol| -> Vec<u64> { (0..16).map(|i| model.end(i)).collect() };
-    let fresh = [
-        186, 557, 1113, 2039, 3520, 5742, 9073, 13700, 19253, 23880, 27211, 29433, 30914, 31840, 32396, 32768,
-    ];
+    let fresh =
+        [47, 136, 311, 677, 1469, 3199, 6731, 12732, 20083, 26084, 29616, 31346, 32138, 32504, 32679, 32768];
     assert_eq!(ends(&model), fresh);
     let learnt = [
-        (8, [174, 522, 1043, 1912, 3301, 5383, 8507, 12845, 20097, 24435, 27558, 29641, 31030, 31898, 32420]),
-        (7, [163, 489, 978, 1792, 3095, 5047, 7975, 14089, 20888, 24955, 27883, 29836, 31138, 31952, 32441]),
-        (15, [153, 459, 917, 1681, 2901, 4732, 7477, 13209, 19583, 23396, 26141, 27972, 29193, 29956, 30415]),
-        (8, [143, 430, 860, 1576, 2720, 4437, 7010, 12384, 20407, 23981, 26555, 28272, 29416, 30132, 30562]),
+        (8, [47, 134, 306, 666, 1446, 3149, 6626, 12533, 20281, 26188, 29665, 31368, 32148, 32508, 32681]),
+        (7, [46, 132, 302, 656, 1424, 3100, 6523, 12849, 20476, 26291, 29714, 31390, 32157, 32512, 32682]),
+        (15, [45, 129, 297, 646, 1402, 3051, 6421, 12648, 20156, 25880, 29250, 30899, 31655, 32004, 32172]),
+        (8, [45, 127, 292, 636, 1380, 3004, 6321, 12451, 20353, 25988, 29305, 30929, 31673, 32016, 32181]),
     ];
     for (expected, after) in learnt {
         assert_eq!(code.symbol(&mut model), Ok(expected));
@@ -90,7 +89,7 @@ fn the_example_of_the_chapter() {
 #[test]
 fn no_symbol_is_ever_lost() {
     for s in 0..16 {
-        let mut model = Symbol::FRESH;
+        let mut model = Symbol::bell(24, 4);
         for _ in 0..5000 {
             model.learn(s);
         }

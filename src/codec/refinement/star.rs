@@ -1,7 +1,8 @@
 //! The star of a new vertex: the split of an edge, the flips of its link edges, what the triangles round it are told (spec §5.3).
 
-use super::{Answers, CONTEXTS, FEW, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
-use crate::codec::context;
+use super::models::Ring;
+use super::{Answers, FEW, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
+use crate::codec::context::{self, Shape};
 use crate::codec::extents::{Spokes, length_squared, squares_from};
 use crate::codec::lift::minus;
 use crate::codec::position::Surroundings;
@@ -18,13 +19,16 @@ pub(super) struct LinkEdge {
     /// The one beyond, and its vertex.
     beyond: Corner,
     far: Vertex,
-    /// What is decided under.
-    context: u8,
+    shape: Shape,
 }
 
 impl LinkEdge {
-    pub(super) const NONE: Self =
-        Self { corner: Corner::NONE, beyond: Corner::NONE, far: Vertex::NONE, context: 0 };
+    pub(super) const NONE: Self = Self {
+        corner: Corner::NONE,
+        beyond: Corner::NONE,
+        far: Vertex::NONE,
+        shape: Shape { angle: 0, bend: 0 },
+    };
 }
 
 /// What a star under way adds up to.
@@ -106,11 +110,11 @@ impl LevelPass {
             star.spokes.count(self.extents.meet(right, v, squares[3]));
         }
         let next = [at_left, at_a, at_right, at_b];
-        let contexts = context::link_edges(at_v, [at_b, at_left, at_a, at_right], next, at_far);
+        let shapes = context::link_edges(at_v, [at_b, at_left, at_a, at_right], next, at_far);
         let mut tail = 0;
         for i in 0..count {
             self.queue[tail] =
-                LinkEdge { corner: corners[i], beyond: beyond[i], far: far[i], context: contexts[i] };
+                LinkEdge { corner: corners[i], beyond: beyond[i], far: far[i], shape: shapes[i] };
             tail += usize::from(beyond[i].is_some());
         }
         self.flips(under, v, &mut star, tail);
@@ -158,33 +162,40 @@ impl LevelPass {
         let at_v = self.extents.cell(v);
         let mut head = 0;
         while head < tail {
-            let LinkEdge { corner: c, beyond: o, far: r, context } = self.queue[head & (QUEUE - 1)];
+            let LinkEdge { corner: c, beyond: o, far: r, shape } = self.queue[head & (QUEUE - 1)];
             head += 1;
             let state = self.states[o.triangle().index()];
             if state == STAR {
                 continue;
             }
             let asked = self.extents.at(r).linked != v && self.inserted.star.len() < MAX_STAR;
-            let model = &mut under.models.flip[usize::from(context) & (CONTEXTS - 1)];
-            if !asked || !under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
+            let (p, q) = under.mesh.table.edge(c);
+            let ring = Ring {
+                flips: self.inserted.flips.len(),
+                closed: state,
+                ends: self.extents.at(p).edges + self.extents.at(q).edges,
+                far: self.extents.at(r).edges,
+            };
+            let cells = || [v, p, q, r].map(|w| self.extents.cell(w));
+            let known = || under.answers.flip(&under.mesh.table, c);
+            if !asked || !under.models.flip.code(under.coder, shape, ring, cells, known) {
                 self.states[o.triangle().index()] = state + 1;
                 continue;
             }
-            let (p, q) = under.mesh.table.edge(c);
             let other = stellar::flip(&mut under.mesh.table, c);
             let table = &under.mesh.table;
             let beyond = [c, other].map(|c| table.opposite(c));
             let far = beyond.map(|o| if o.is_some() { table.vertex(o) } else { r });
             let [at_p, at_q, at_r] = [p, q, r].map(|w| self.extents.cell(w));
             let [first, second] = far.map(|w| self.extents.cell(w));
-            let contexts = context::link_edges(
+            let shapes = context::link_edges(
                 at_v,
                 [at_p, at_r, at_p, at_r],
                 [at_r, at_q, at_r, at_q],
                 [first, second, first, second],
             );
             let link_edge =
-                |corner, i: usize| LinkEdge { corner, beyond: beyond[i], far: far[i], context: contexts[i] };
+                |corner, i: usize| LinkEdge { corner, beyond: beyond[i], far: far[i], shape: shapes[i] };
             self.queue[tail & (QUEUE - 1)] = link_edge(c, 0);
             tail += usize::from(beyond[0].is_some());
             self.queue[tail & (QUEUE - 1)] = link_edge(other, 1);

@@ -1,0 +1,313 @@
+//! What the decisions of refinements are coded under, and what is known of them beforehand (spec §5.5).
+
+use super::priors;
+use crate::codec::context::{ANGLES, BENDS, REACHES, Shape, reach};
+use crate::codec::extents::{CLASSES, LENGTHS, Length};
+use crate::codec::position::PositionModels;
+use crate::codec::vector::Vector;
+use crate::entropy::{Bit, BitCoder, Mixer};
+
+/// The models of refinements. They start afresh with each segment (spec §5.2).
+#[derive(Clone, Debug)]
+pub struct SegmentModels {
+    pub(super) split: SplitModels,
+    pub(super) flip: FlipModels,
+    pub(super) face: Bit,
+    pub(super) attach: Bit,
+    pub(super) position: PositionModels,
+    pub(in crate::codec) precision: [Bit; 3],
+}
+
+impl Default for SegmentModels {
+    fn default() -> Self {
+        Self::new(false)
+    }
+}
+
+impl SegmentModels {
+    /// Fresh models. Rich ones mix three for each split and flip.
+    pub fn new(rich: bool) -> Self {
+        Self {
+            split: SplitModels { rich: rich.then(|| Box::new(RichSplits::NEW)), ..SplitModels::NEW },
+            flip: FlipModels { rich: rich.then(|| Box::new(RichFlips::NEW)), ..FlipModels::NEW },
+            face: Bit::NEW,
+            attach: Bit::NEW,
+            position: PositionModels::default(),
+            precision: [Bit::NEW; 3],
+        }
+    }
+
+    /// Fresh models of the same kind.
+    pub fn afresh(&self) -> Self {
+        Self::new(self.are_rich())
+    }
+
+    /// Whether they are rich.
+    pub(super) fn are_rich(&self) -> bool {
+        self.split.rich.is_some()
+    }
+}
+
+/// Places for how many sides are closed: more than there are, so that any three bits make one.
+const CLOSED: usize = 8;
+// Two triangles, of which neither is in a star, have two further edges each.
+const _: () = assert!(2 * 2 < CLOSED);
+// An index is masked where it is known to be within its list: the mask then changes nothing, and spares the check.
+const _: () = assert!(CLASSES.is_power_of_two() && LENGTHS.is_power_of_two() && ANGLES.is_power_of_two());
+
+/// Of *split?*, by whether it is a boundary edge, how many sides are closed, and how long it is: beside those round it, or by
+/// itself. Where the edges of a level are of one length, as in a scan, the second tells more; where the level is graded, the
+/// first. Each level says which it goes by. Rich models mix.
+#[derive(Clone, Debug)]
+pub struct SplitModels {
+    lengths: Lengths,
+    by_itself: Bit,
+    rich: Option<Box<RichSplits>>,
+    trial: Option<Box<Trial>>,
+}
+
+#[derive(Clone, Debug)]
+struct Lengths {
+    beside: [[[Bit; CLASSES]; CLOSED]; 2],
+    alone: [[[Bit; LENGTHS]; CLOSED]; 2],
+}
+
+impl Lengths {
+    const NEW: Self = Self { beside: priors::beside(), alone: [[[Bit::NEW; LENGTHS]; CLOSED]; 2] };
+
+    #[inline]
+    fn both(&mut self, kind: usize, closed: usize, length: Length) -> [&mut Bit; 2] {
+        [
+            &mut self.beside[kind][closed][usize::from(length.beside) & (CLASSES - 1)],
+            &mut self.alone[kind][closed][usize::from(length.alone) & (LENGTHS - 1)],
+        ]
+    }
+}
+
+/// What a writer tries: both lengths, all along, and what each would have cost in the last levels.
+#[derive(Clone, Debug)]
+struct Trial {
+    lengths: Lengths,
+    /// In units of 1/256 bit.
+    costs: [u64; 2],
+}
+
+impl Trial {
+    fn count(&mut self, kind: usize, closed: usize, length: Length, bit: bool) {
+        for (model, cost) in self.lengths.both(kind, closed, length).into_iter().zip(&mut self.costs) {
+            *cost += u64::from(model.cost(bit));
+            model.learn(bit);
+        }
+    }
+}
+
+/// Mixed: one that knows the angles too, the length by itself, and one by how many edges the vertices round it have.
+#[derive(Clone, Debug)]
+struct RichSplits {
+    angles: [[[[Bit; CLASSES]; ANGLES / 2]; CLOSED]; 2],
+    valences: [[[Bit; 16]; 16]; 16],
+    mixers: [[Mixer<3>; CLOSED]; 2],
+}
+
+/// What rich models know of an edge that may be split.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Round {
+    /// Below [`ANGLES`].
+    angle: u8,
+    /// Classes of how many edges its ends have together, and the vertices opposite to it; below 10 each.
+    ends: u8,
+    far: u8,
+}
+
+impl Round {
+    /// Of no edge.
+    pub const NONE: Self = Self { angle: 0, ends: 0, far: 0 };
+
+    /// Of an edge with this angle, whose ends have so many edges together, and the vertices opposite to it.
+    #[inline]
+    pub fn new(angle: u8, ends: i32, far: i32) -> Self {
+        let class = |edges: i32| (edges - 8).clamp(0, 9) as u8;
+        Self { angle, ends: class(ends), far: class(far) }
+    }
+}
+
+impl SplitModels {
+    const NEW: Self = Self { lengths: Lengths::NEW, by_itself: Bit::NEW, rich: None, trial: None };
+
+    /// Codes whether a level goes by how long an edge is by itself. A writer takes what would have been better before.
+    pub fn choose<C: BitCoder>(&mut self, coder: &mut C) -> bool {
+        if self.rich.is_some() {
+            return false;
+        }
+        let mut known = false;
+        if C::ENCODES {
+            let fresh = || Box::new(Trial { lengths: Lengths::NEW, costs: [0; 2] });
+            let costs = &mut self.trial.get_or_insert_with(fresh).costs;
+            known = costs[1] < costs[0];
+            *costs = costs.map(|cost| cost / 2);
+        }
+        coder.bit(&mut self.by_itself, || known)
+    }
+
+    /// Codes whether an edge is split.
+    #[inline]
+    pub fn code<C: BitCoder>(
+        &mut self,
+        coder: &mut C,
+        is_boundary: bool,
+        closed: u8,
+        (length, by_itself, round): (Length, bool, Round),
+        known: impl FnOnce() -> bool,
+    ) -> bool {
+        let (kind, closed) = (usize::from(is_boundary), usize::from(closed) & (CLOSED - 1));
+        let [beside, alone] = self.lengths.both(kind, closed, length);
+        if let Some(rich) = &mut self.rich {
+            let class = usize::from(length.beside) & (CLASSES - 1);
+            let angles = &mut rich.angles[kind][closed][usize::from(round.angle) / 2 % (ANGLES / 2)][class];
+            let valences =
+                &mut rich.valences[usize::from(round.ends) & 15][usize::from(round.far) & 15][class / 2];
+            return rich.mixers[kind][closed].code(coder, [angles, alone, valences], known);
+        }
+        let bit = coder.bit(if by_itself { alone } else { beside }, known);
+        if C::ENCODES
+            && let Some(trial) = &mut self.trial
+        {
+            trial.count(kind, closed, length, bit);
+        }
+        bit
+    }
+}
+
+impl RichSplits {
+    const NEW: Self = Self {
+        angles: priors::angles(),
+        valences: priors::split_valences(),
+        mixers: [[Mixer::new([20480, 22528, 36864]); CLOSED]; 2],
+    };
+}
+
+/// What is known of a link edge p–q, between v and r, beyond its shape.
+#[derive(Clone, Copy, Debug)]
+pub struct Ring {
+    /// How many flips there were before in this star.
+    pub flips: usize,
+    /// How many of the two edges beyond lead nowhere or to a star.
+    pub closed: u8,
+    /// How many edges p and q have together, and how many r.
+    pub ends: i32,
+    pub far: i32,
+}
+
+/// Of *flip?*, by the shape of what the edge divides and by how many edges its vertices have. Rich models mix.
+#[derive(Clone, Debug)]
+pub struct FlipModels {
+    shape: [[[Bit; ANGLES / 2]; 8]; 16],
+    rich: Option<Box<RichFlips>>,
+}
+
+/// Mixed: one that knows the angle better, one that knows how far the flipped edge reaches, and one by how many edges each vertex has.
+/// The mixers are by the number of flips before and of edges closed beyond.
+#[derive(Clone, Debug)]
+struct RichFlips {
+    shape: [[[Bit; ANGLES]; 8]; 4],
+    reach: [[[[Bit; ANGLES / 2]; 16]; 4]; 4],
+    valences: [[[Bit; 4]; 8]; 16],
+    mixers: [[Mixer<3>; 4]; 4],
+}
+
+impl FlipModels {
+    const NEW: Self = Self { shape: priors::shape(), rich: None };
+
+    /// Codes whether a link edge is flipped. `cells` are those of v, p, q and r, for rich models.
+    #[inline]
+    pub fn code<C: BitCoder>(
+        &mut self,
+        coder: &mut C,
+        shape: Shape,
+        ring: Ring,
+        cells: impl FnOnce() -> [Vector; 4],
+        known: impl FnOnce() -> bool,
+    ) -> bool {
+        let (bend, angle) = (usize::from(shape.bend) & 7, usize::from(shape.angle) & (ANGLES - 1));
+        if let Some(rich) = &mut self.rich {
+            let (flips, closed) = (ring.flips.min(3), usize::from(ring.closed.min(2)));
+            let ends = (ring.ends - 6).clamp(0, priors::ENDS - 1) as usize;
+            let far = (ring.far - 3).clamp(0, 7) as usize;
+            let [v, p, q, r] = cells();
+            let shape = &mut rich.shape[closed][bend][angle];
+            let reach = &mut rich.reach[flips][closed][reach(v, p, q, r)][angle / 2];
+            let valences = &mut rich.valences[ends][far][flips];
+            return rich.mixers[flips][closed].code(coder, [shape, reach, valences], known);
+        }
+        // A flip takes an edge from p and q each, and gives one to r, as those before gave to v.
+        let excess = ring.ends - ring.far - ring.flips as i32 - 1;
+        let model = &mut self.shape[excess.clamp(0, priors::EXCESSES - 1) as usize][bend][angle / 2];
+        coder.bit(model, known)
+    }
+}
+
+impl RichFlips {
+    const NEW: Self = Self {
+        shape: priors::rich_shape(),
+        reach: priors::reach(),
+        valences: priors::flip_valences(),
+        mixers: [[Mixer::new([23552, 26624, 46080]); 4]; 4],
+    };
+}
+const _: () = assert!(BENDS <= 8 && REACHES <= 16);
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::entropy::RangeEncoder;
+
+    /// A level whose edges are split by one of their lengths, whatever the other: the next level goes by that one.
+    #[test]
+    fn the_length_that_tells_more_is_chosen() {
+        for better in [false, true] {
+            let mut split = SplitModels::NEW;
+            let mut coder = RangeEncoder::default();
+            assert!(!split.choose(&mut coder), "nothing is known of it at first");
+            for k in 0..1000 {
+                let (x, y) = ((k % 7) as u8, (k / 7 % 5) as u8);
+                let length = Length { beside: 5 + x, alone: 60 + y };
+                let is_split = if better { y < 2 } else { x < 3 };
+                split.code(&mut coder, false, 0, (length, false, Round::NONE), || is_split);
+            }
+            assert_eq!(split.choose(&mut coder), better);
+        }
+    }
+
+    /// What rich models know makes decisions cheap that look alike to others: here, a split by the angle, a flip by r's edges.
+    #[test]
+    fn rich_models_know_more() {
+        let bits = |rich: bool| {
+            let mut models = SegmentModels::new(rich);
+            let mut coder = RangeEncoder::default();
+            models.split.choose(&mut coder);
+            for k in 0..1000 {
+                let round = Round::new(if k % 3 == 0 { 4 } else { 25 }, 12, 12);
+                let length = (Length { beside: 10, alone: 60 }, false, round);
+                models.split.code(&mut coder, false, 0, length, || k % 3 == 0);
+                let more = i32::from(k % 3 == 0);
+                let ring = Ring { flips: 0, closed: 0, ends: 12 + more, far: 6 + more };
+                let cells = || [Vector::default(); 4];
+                models.flip.code(&mut coder, Shape { angle: 16, bend: 0 }, ring, cells, || k % 3 == 0);
+            }
+            coder.bits()
+        };
+        let (plain, rich) = (bits(false), bits(true));
+        assert!(plain > 1800.0 && rich < 300.0, "{plain} and {rich}");
+    }
+
+    /// Before anything is learnt, edges that are far from Delaunay and have many edges at their ends are expected to be flipped, and
+    /// others not.
+    #[test]
+    fn fresh_models_expect_the_usual() {
+        let flip = FlipModels::NEW;
+        assert!(flip.shape[8][0][0].zero() < 1 << 13 && flip.shape[3][0][15].zero() > 65000);
+        let split = SplitModels::NEW;
+        let chance = |class: usize| split.lengths.beside[0][0][class].zero();
+        assert!(chance(14) < chance(10) && chance(10) < chance(5));
+    }
+}

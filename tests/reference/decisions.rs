@@ -1,0 +1,120 @@
+//! Chapters 5.5.2 and 5.5.3: the models of splits and flips, and what is known beforehand.
+
+use super::container::Result;
+use super::contexts::{Flip, Split};
+use super::entropy::{Code, Model};
+use super::mix::{self, squash};
+
+/// The models of splits, and the weights of those that are mixed.
+pub struct Splits {
+    beside: [[[Model; 20]; 5]; 2],
+    alone: [[[Model; 199]; 5]; 2],
+    by_itself: Model,
+    rich: Option<RichSplits>,
+}
+
+struct RichSplits {
+    angles: [[[[Model; 20]; 16]; 5]; 2],
+    valences: [[[Model; 10]; 10]; 10],
+    weights: [[[i64; 3]; 5]; 2],
+}
+
+impl Splits {
+    pub fn fresh(rich: bool) -> Self {
+        let closed = [[15, 22, 31, 38, 20], [14, 24, 41, 0, 0]];
+        let class = [15, 23, 26, 26, 25, 24, 23, 22, 18, 15, 11, 6, -4, -11, -17, -12, -12, -10, -1, 4];
+        let beside = closed.map(|of_kind| of_kind.map(|y| class.map(|x| known(x + y))));
+        let rich = rich.then(|| {
+            let closed = [[10, 17, 26, 34, 16], [10, 18, 36, 0, 0]];
+            let angle = [7, 7, 8, 7, 6, 5, 4, 5, 6, 6, 4, 3, 4, 8, 12, 7];
+            let class = [10, 16, 20, 20, 21, 20, 21, 19, 17, 14, 11, 6, -4, -12, -17, -13, -14, -12, -3, 4];
+            let ends = [38, 22, 23, 23, 20, 11, 4, 1, 3, 21];
+            let far = [-3, 5, 6, 6, 6, 8, 11, 13, 13, 4];
+            let half = [11, 22, 21, 20, 14, 7, -7, -15, -10, -3];
+            RichSplits {
+                angles: closed.map(|of_kind| of_kind.map(|x| angle.map(|y| class.map(|z| known(x + y + z))))),
+                valences: ends.map(|x| far.map(|y| half.map(|z| known(x + y + z)))),
+                weights: [[[20480, 22528, 36864]; 5]; 2],
+            }
+        });
+        Self { beside, alone: [[[Model::FRESH; 199]; 5]; 2], by_itself: Model::FRESH, rich }
+    }
+
+    /// Whether a level goes by the length alone.
+    pub fn choose(&mut self, code: &mut Code) -> Result<bool> {
+        if self.rich.is_some() { Ok(false) } else { code.read(&mut self.by_itself) }
+    }
+
+    pub fn read(&mut self, code: &mut Code, at: Split, by_itself: bool) -> Result<bool> {
+        let alone = &mut self.alone[at.kind][at.closed][at.length];
+        let Some(rich) = &mut self.rich else {
+            let beside = &mut self.beside[at.kind][at.closed][at.class];
+            return code.read(if by_itself { alone } else { beside });
+        };
+        let angles = &mut rich.angles[at.kind][at.closed][at.looked.angle][at.class];
+        let [ends, far] = [at.looked.ends, at.looked.far].map(|edges| (edges - 8).clamp(0, 9) as usize);
+        let valences = &mut rich.valences[ends][far][at.class / 2];
+        mix::read(code, &mut rich.weights[at.kind][at.closed], [angles, alone, valences])
+    }
+}
+
+/// The models of flips, and the weights of those that are mixed.
+pub struct Flips {
+    shape: [[[Model; 16]; 5]; 12],
+    rich: Option<RichFlips>,
+}
+
+struct RichFlips {
+    shape: [[[Model; 32]; 5]; 3],
+    reach: [[[[Model; 16]; 12]; 3]; 4],
+    valences: [[[Model; 4]; 8]; 12],
+    weights: [[[i64; 3]; 3]; 4],
+}
+
+impl Flips {
+    pub fn fresh(rich: bool) -> Self {
+        let excess = [24, 34, 34, 31, 24, 17, 10, 1, -9, -11, -11, 0];
+        let bend = [3, 9, 14, 20, 3];
+        let angle = [-54, -51, -40, -34, -26, -18, -12, -9, -1, 10, 17, 26, 36, 47, 50, 50];
+        let rich = rich.then(|| {
+            let ends = [6, 12, 46, 47, 40, 30, 21, 12, 2, -3, -6, -1];
+            let far = [-25, -14, -6, 11, 17, 21, 18, 12];
+            let flips = [-5, 10, 35, 18];
+            let closed = [5, 6, 3];
+            let bend = [7, 15, 20, 27, 9];
+            let fine = [
+                -66, -56, -60, -55, -49, -44, -40, -40, -33, -28, -23, -20, -17, -15, -13, -12, -6, 3, 6, 11,
+                15, 19, 24, 32, 39, 43, 52, 58, 57, 62, 58, 59,
+            ];
+            let both = [[2, 4, 0], [14, 18, 17], [36, 34, 35], [13, 14, 15]];
+            let reach = [19, 16, 11, 8, 6, -2, -5, -7, -3, 0, 5, 14];
+            let angle = [-59, -59, -49, -41, -30, -19, -9, -6, 6, 18, 27, 36, 45, 50, 48, 47];
+            RichFlips {
+                shape: closed.map(|x| bend.map(|y| fine.map(|z| known(x + y + z)))),
+                reach: both.map(|of_flips| of_flips.map(|x| reach.map(|y| angle.map(|z| known(x + y + z))))),
+                valences: ends.map(|x| far.map(|y| flips.map(|z| known(x + y + z)))),
+                weights: [[[23552, 26624, 46080]; 3]; 4],
+            }
+        });
+        Self { shape: excess.map(|x| bend.map(|y| angle.map(|z| known(x + y + z)))), rich }
+    }
+
+    pub fn read(&mut self, code: &mut Code, at: Flip) -> Result<bool> {
+        let [p, q, r] = at.valences;
+        let Some(rich) = &mut self.rich else {
+            let excess = (p + q - r - at.flips as i64 - 1).clamp(0, 11) as usize;
+            return code.read(&mut self.shape[excess][at.bend][at.angle / 2]);
+        };
+        let (ends, far) = ((p + q - 6).clamp(0, 11) as usize, (r - 3).clamp(0, 7) as usize);
+        let flips = at.flips.min(3);
+        let valences = &mut rich.valences[ends][far][flips];
+        let shape = &mut rich.shape[at.closed][at.bend][at.angle];
+        let reach = &mut rich.reach[flips][at.closed][at.reach][at.angle / 2];
+        mix::read(code, &mut rich.weights[flips][at.closed], [shape, reach, valences])
+    }
+}
+
+/// known(x).
+fn known(x: i64) -> Model {
+    Model::known(squash(16 * x))
+}

@@ -90,8 +90,8 @@ impl Places {
     ) -> Option<Vec<Change>> {
         let mut gone = vec![false; finest.len()];
         let mut changes = Vec::new();
-        for j in 0..self.shifts.len() {
-            let change = self.change(finest, &traces[j], &gone);
+        for (j, traces) in traces.iter().enumerate() {
+            let change = self.change(finest, traces, &gone);
             changes.push(change);
             if j > 0 {
                 self.shifts[j] = schedule.shift(j, change.mean, self.shifts[j - 1]);

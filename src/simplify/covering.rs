@@ -241,7 +241,7 @@ impl Patch {
 }
 
 /// Vertices that tell how far a level is off, about.
-const PROBES: usize = 4096;
+const PROBES: usize = 1024;
 
 /// So few vertices ask all triangles at once.
 const FEW: usize = 3;

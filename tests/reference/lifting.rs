@@ -64,5 +64,5 @@ fn the_first_split_of_the_octahedron() {
     let normal = cross(Vector::between([20, 10, 9], [10, 21, 10]), Vector([-1.0, 0.0, 16.0]));
     assert_eq!((normal.0, dot(normal, normal)), ([176.0, 159.0, 11.0], 56_378.0));
     let Vector(t) = normal * ((dot(Vector([2.0, 2.5, 0.5]), normal) / 56_378.0) * 0.5);
-    assert_eq!(t, [1.178_473_9, 1.064_644_1, 0.073_654_62]);
+    assert_eq!(t, [1.178_474, 1.064_644_1, 0.073_654_62]);
 }

@@ -21,7 +21,7 @@ pub const MAX_STAR: usize = 64;
 pub struct SegmentModels {
     /// By kind, how many sides are closed (0 to 4), class.
     split: [[[Bit; extents::CLASSES]; CLOSED]; 2],
-    /// By what [`link_edges`](super::context::link_edges) tells; more places than that, so that any seven bits make one.
+    /// By what [`link_edges`](super::context::link_edges) tells; more places than that, so that any eight bits make one.
     flip: [Bit; CONTEXTS],
     face: Bit,
     attach: Bit,
@@ -145,8 +145,8 @@ impl Asked {
 const AHEAD: usize = 64;
 /// Places for how many sides are closed: more than there are, so that any three bits make one.
 const CLOSED: usize = 8;
-/// Places for what is known of a link edge, seven bits.
-const CONTEXTS: usize = 1 << 7;
+/// Places for what is known of a link edge, six bits, and how many flips there were, two.
+const CONTEXTS: usize = 1 << 8;
 /// Link edges of a star that are looked at: each flip takes one away and adds two, and no star has more than [`MAX_STAR`] triangles.
 const QUEUE: usize = 2 * MAX_STAR;
 const _: () = assert!(QUEUE.is_power_of_two());

@@ -15,13 +15,13 @@ pub struct Split {
     pub size: f32,
 }
 
-/// Of a flip, with the two numbers that it is made from.
+/// Of a flip, with the number that its angle is made from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Flip {
-    pub bend: usize,
+    pub so_far: usize,
+    pub ends: usize,
     pub angle: usize,
     pub sum: f32,
-    pub cosine: f32,
 }
 
 /// How long an edge is beside those at its ends, as the mesh stands: what its class is made from.
@@ -42,20 +42,18 @@ pub fn split(mesh: &Mesh, k: Edge, size: f32, is_starred: impl Fn(Edge) -> bool)
     Split { kind: usize::from(o.is_none()), closed, class, size }
 }
 
-/// The context of a flip of p→q between v and r.
-pub fn flip([v, r, p, q]: [Cell; 4]) -> Flip {
-    let (x, y) = (Vector::between(v, p), Vector::between(v, q));
-    let (z, w) = (Vector::between(r, p), Vector::between(r, q));
+/// The context of a flip of p→q, vertices, between those at v and r, after so many flips of this star; `split` is the edge that was split.
+pub fn flip((p, q): Edge, split: Edge, so_far: usize, [at_v, at_r, at_p, at_q]: [Cell; 4]) -> Flip {
+    let is_end = |w: usize| usize::from(w == split.0 || w == split.1);
+    let (x, y) = (Vector::between(at_v, at_p), Vector::between(at_v, at_q));
+    let (z, w) = (Vector::between(at_r, at_p), Vector::between(at_r, at_q));
     let (ours, theirs) = (cross(x, y), cross(w, z));
     let n = larger(dot(ours, ours).sqrt(), 0.5);
     let m = larger(dot(theirs, theirs).sqrt(), 0.5);
-    let over = 1.0 / (n * m);
-    let sum = (dot(x, y) * m + dot(z, w) * n) * over;
+    let sum = (dot(x, y) * m + dot(z, w) * n) * (1.0 / (n * m));
     let t = sum / (1.0 + sum.abs());
     let angle = floor(t * 8.0 + 8.0).clamp(0, 15) as usize;
-    let cosine = dot(ours, theirs) * over;
-    let bend = ((exponent(1.0 - cosine).clamp(-8, 1) + 8) / 2) as usize;
-    Flip { bend, angle, sum, cosine }
+    Flip { so_far: so_far.min(3), ends: is_end(p) + 2 * is_end(q), angle, sum }
 }
 
 #[test]
@@ -85,10 +83,12 @@ fn as_even_as_can_be() {
     assert_eq!([context((0, 1)), context((1, 2))], [10, 10]);
 }
 
-/// A flat pair of half squares, then one folded flat onto itself.
+/// A flat pair of half squares, then one folded flat onto itself; an end of the edge that was split, the other, none.
 #[test]
 fn two_right_angles() {
     let [v, p, q] = [[0, 0, 0], [1, 0, 0], [0, 1, 0]];
-    assert_eq!(flip([v, [1, 1, 0], p, q]), Flip { bend: 0, angle: 8, sum: 0.0, cosine: 1.0 });
-    assert_eq!(flip([v, v, p, q]), Flip { bend: 4, angle: 8, sum: 0.0, cosine: -1.0 });
+    let of = |so_far, ends| Flip { so_far, ends, angle: 8, sum: 0.0 };
+    assert_eq!(flip((5, 6), (5, 7), 0, [v, [1, 1, 0], p, q]), of(0, 1));
+    assert_eq!(flip((5, 6), (7, 6), 2, [v, v, p, q]), of(2, 2));
+    assert_eq!(flip((5, 6), (7, 8), 9, [v, v, p, q]), of(3, 0));
 }

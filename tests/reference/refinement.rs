@@ -16,7 +16,7 @@ use super::walk::{Edge, Mesh, Walk};
 /// The models of a segment (§5.2).
 pub struct Models {
     split: [[[Model; 20]; 5]; 2],
-    flip: [[Model; 16]; 5],
+    flip: [[[Model; 16]; 3]; 4],
     face: Model,
     attach: Model,
     coordinates: coordinates::Models,
@@ -28,7 +28,7 @@ impl Models {
     pub fn fresh() -> Self {
         Self {
             split: [[[Model::FRESH; 20]; 5]; 2],
-            flip: [[Model::FRESH; 16]; 5],
+            flip: [[[Model::FRESH; 16]; 3]; 4],
             face: Model::FRESH,
             attach: Model::FRESH,
             coordinates: coordinates::Models::fresh(),
@@ -167,7 +167,9 @@ impl<'a> Pass<'a> {
         self.codes.item(if interior.is_some() { 2 } else { 1 })
     }
 
+    /// `destroyed` holds the edge that was split, and will hold those that are flipped.
     fn flips(&mut self, v: usize, link: Vec<Edge>, destroyed: &mut Vec<Edge>) -> Result<()> {
+        let split = destroyed[0];
         let mut ring: Vec<usize> = link.iter().flat_map(|&(p, q)| [p, q]).collect();
         let mut size = link.len();
         let mut queue = VecDeque::from(link);
@@ -178,8 +180,10 @@ impl<'a> Pass<'a> {
             if [p, q, r].iter().any(|&w| w >= self.old && w != v) || r == v || ring.contains(&r) {
                 continue;
             }
-            let context = contexts::flip([v, r, p, q].map(|w| self.cell(w)));
-            let yes = self.codes.code.read(&mut self.models.flip[context.bend][context.angle])?;
+            let so_far = destroyed.len() - 1;
+            let context = contexts::flip((p, q), split, so_far, [v, r, p, q].map(|w| self.cell(w)));
+            let model = &mut self.models.flip[context.so_far][context.ends][context.angle];
+            let yes = self.codes.code.read(model)?;
             self.trace.push(Step::Flip((p, q), r, context, yes));
             if yes {
                 self.mesh.remove([v, p, q]);

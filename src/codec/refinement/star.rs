@@ -92,11 +92,13 @@ impl LevelPass {
             star.spokes.count(self.extents.meet(right, v, squares[3]));
         }
         let next = [at_left, at_a, at_right, at_b];
-        let contexts = context::link_edges(at_v, [at_b, at_left, at_a, at_right], next, at_far);
+        let angles = context::link_edges(at_v, [at_b, at_left, at_a, at_right], next, at_far);
+        // b→c, c→a, a→d, d→b: whether they start or end at an end of the edge.
+        let ends = [context::START, context::END, context::START, context::END];
         let mut tail = 0;
         for i in 0..count {
             self.queue[tail] =
-                LinkEdge { corner: corners[i], beyond: beyond[i], far: far[i], context: contexts[i] };
+                LinkEdge { corner: corners[i], beyond: beyond[i], far: far[i], context: angles[i] | ends[i] };
             tail += usize::from(beyond[i].is_some());
         }
         self.flips(under, v, &mut star, tail);
@@ -125,7 +127,8 @@ impl LevelPass {
                 continue;
             }
             let asked = self.extents.at(r).linked != v && self.inserted.star.len() < MAX_STAR;
-            let model = &mut under.models.flip[usize::from(context) & (CONTEXTS - 1)];
+            let so_far = self.inserted.flips.len().min(3) * context::LINK_EDGES;
+            let model = &mut under.models.flip[(usize::from(context) + so_far) & (CONTEXTS - 1)];
             if !asked || !under.coder.bit(model, || under.answers.flip(&under.mesh.table, c)) {
                 self.states[o.triangle().index()] = state + 1;
                 continue;
@@ -137,14 +140,20 @@ impl LevelPass {
             let far = beyond.map(|o| if o.is_some() { table.vertex(o) } else { r });
             let [at_p, at_q, at_r] = [p, q, r].map(|w| self.extents.cell(w));
             let [first, second] = far.map(|w| self.extents.cell(w));
-            let contexts = context::link_edges(
+            let angles = context::link_edges(
                 at_v,
                 [at_p, at_r, at_p, at_r],
                 [at_r, at_q, at_r, at_q],
                 [first, second, first, second],
             );
-            let link_edge =
-                |corner, i: usize| LinkEdge { corner, beyond: beyond[i], far: far[i], context: contexts[i] };
+            // p→r starts where p→q does, r→q ends there; r is no end of the edge that was split.
+            let ends = [context & context::START, context & context::END];
+            let link_edge = |corner, i: usize| LinkEdge {
+                corner,
+                beyond: beyond[i],
+                far: far[i],
+                context: angles[i] | ends[i],
+            };
             self.queue[tail & (QUEUE - 1)] = link_edge(c, 0);
             tail += usize::from(beyond[0].is_some());
             self.queue[tail & (QUEUE - 1)] = link_edge(other, 1);

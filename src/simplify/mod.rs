@@ -79,21 +79,21 @@ impl Default for Options {
             base_vertices: None,
             level_share: 1.0,
             level_budget: 0.6,
-            parity: false,
+            parity: true,
             seed: 0,
         }
     }
 }
 
 impl Options {
-    /// Settings that lean to small files: levels as large as they may be, along the rows of a regular sampling.
+    /// Settings that lean to small files: levels as large as they may be.
     pub fn small() -> Self {
-        Self { level_budget: 0.8, parity: true, ..Self::default() }
+        Self { level_budget: 0.8, ..Self::default() }
     }
 
     /// Settings that lean to good levels: small ones, that take what is flat, wherever it is.
     pub fn fine() -> Self {
-        Self { level_budget: 0.3, ..Self::default() }
+        Self { level_budget: 0.3, parity: false, ..Self::default() }
     }
 }
 

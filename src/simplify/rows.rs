@@ -211,13 +211,17 @@ mod tests {
     use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
     use glam::DVec3;
 
-    /// The tables of level 0 and of the first levels after it.
+    /// The tables of level 0 and of the first levels after it, under default settings.
     fn levels(mesh: &IndexedMesh, count: usize) -> Vec<CornerTable> {
+        levels_by(mesh, count, Options::default())
+    }
+
+    fn levels_by(mesh: &IndexedMesh, count: usize, options: Options) -> Vec<CornerTable> {
         let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let (min, max) = lattice::bounds(mesh.positions.iter().copied()).unwrap();
         let lattice = Lattice::over(min, max, 14);
         let locked = bitvec![0; mesh.positions.len()];
-        let options = Options { base_vertices: Some(20), ..Options::default() };
+        let options = Options { base_vertices: Some(20), ..options };
         let done =
             simplify(table.clone(), &mesh.positions, locked, &lattice, &options, &mut |_, _| true).unwrap();
         let mut levels = vec![table];
@@ -308,9 +312,13 @@ mod tests {
         let level = &levels(&torus, 9)[9];
         let triangles: Vec<[u32; 3]> = level.triangles().map(|t| level.triangle(t).map(|v| v.0)).collect();
         assert!(!exact(&IndexedMesh::new(torus.positions.clone(), triangles)));
-        // A sheet of whose one half many edges have been flipped.
-        let half = sheet(48, |_, _| false, waves);
-        let mut table = CornerTable::from_triangles(half.positions.len(), &half.triangles).unwrap();
+        assert!(!exact(&half_a_sheet()));
+    }
+
+    /// A sheet of 49 by 49 vertices, of whose one half, the first rows, many edges have been flipped.
+    fn half_a_sheet() -> IndexedMesh {
+        let mesh = sheet(48, |_, _| false, waves);
+        let mut table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let mut random = crate::mesh::random::SplitMix64::new(1);
         let mut flipped = 0;
         while flipped < 1500 {
@@ -323,6 +331,24 @@ mod tests {
             }
         }
         let triangles = table.triangles().map(|t| table.triangle(t).map(|v| v.0)).collect();
-        assert!(!exact(&IndexedMesh::new(half.positions.clone(), triangles)));
+        IndexedMesh::new(mesh.positions, triangles)
+    }
+
+    /// Where only half of the mesh has rows, they are preferred there: of four classes, one makes up most of what stays.
+    #[test]
+    fn rows_are_preferred_where_they_are() {
+        let mesh = half_a_sheet();
+        let most = |parity: bool| {
+            let levels = levels_by(&mesh, 3, Options { parity, ..Options::default() });
+            let mut classes = [0u32; 4];
+            for Vertex(v) in vertices(&levels[3]) {
+                let [i, j] = [v % 49, v / 49];
+                classes[(i % 2 + 2 * (j % 2)) as usize] += u32::from(j > 28);
+            }
+            f64::from(classes.into_iter().max().unwrap_or(0)) / f64::from(classes.iter().sum::<u32>())
+        };
+        let shares = [true, false].map(most);
+        assert!(shares[0] > shares[1] + 0.15, "{shares:?}");
+        assert!(Options::default().parity);
     }
 }

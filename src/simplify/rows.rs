@@ -307,9 +307,9 @@ mod tests {
         };
         assert!(exact(&sheet(40, random, waves)));
         assert!(exact(&shapes::sphere(4)) && exact(&shapes::torus(25, 41)));
-        // Half of the triangles of a level of an ordinary simplification have three classes by chance.
+        // Most triangles of a level of an ordinary simplification have three classes by chance.
         let torus = shapes::torus(96, 48);
-        let level = &levels(&torus, 9)[9];
+        let level = &levels_by(&torus, 9, Options { parity: false, ..Options::default() })[9];
         let triangles: Vec<[u32; 3]> = level.triangles().map(|t| level.triangle(t).map(|v| v.0)).collect();
         assert!(!exact(&IndexedMesh::new(torus.positions.clone(), triangles)));
         assert!(!exact(&half_a_sheet()));

@@ -202,7 +202,7 @@ const FIRST: f32 = 1e4;
 /// What comes second, before shapes.
 const SECOND: f32 = 1e3;
 /// A direction that rows are neither along nor square to, nor at the same angle to both diagonals of their cells: of 1, √2 and √3.
-const ODD: Vec3 = Vec3::new(0.408_248_3, 0.577_350_3, 0.707_106_8);
+const ODD: Vec3 = Vec3::new(0.408_248_3, 0.577_350_3, std::f32::consts::FRAC_1_SQRT_2);
 
 #[cfg(test)]
 mod tests {
@@ -303,7 +303,7 @@ mod tests {
     #[test]
     fn a_pattern_holds_nearly_everywhere_or_not_at_all() {
         let random = |i: u32, j: u32| {
-            (i.wrapping_mul(0x9e37_79b1) ^ j.wrapping_mul(0x85eb_ca6b)).count_ones() % 2 == 0
+            (i.wrapping_mul(0x9e37_79b1) ^ j.wrapping_mul(0x85eb_ca6b)).count_ones().is_multiple_of(2)
         };
         assert!(exact(&sheet(40, random, waves)));
         assert!(exact(&shapes::sphere(4)) && exact(&shapes::torus(25, 41)));

@@ -46,7 +46,7 @@ pub fn remove_level(
     let preferred = pattern.and_then(|(class, exact)| (!exact).then_some(class));
     let share = if preferred.is_some() { FILL * budget } else { budget };
     let (candidates, sample) = level.remover.candidates(every);
-    let [of_class, cheap, most] = affordable(sample, [budget, FIRST_PASS * share, share]);
+    let [of_class, cheap, most] = affordable(sample, [OF_CLASS * budget, FIRST_PASS * share, share]);
     if let Some(class) = preferred {
         level.remove_class(&candidates, class, of_class)?;
     }
@@ -187,8 +187,11 @@ impl Level<'_, '_> {
     }
 }
 
+/// Share of the budget that a preferred class may take: less than all of it, or what is bent would go for the sake of the pattern.
+const OF_CLASS: f64 = 0.7;
+
 /// What a class leaves to other vertices of its level, as a share of the budget.
-const FILL: f64 = 0.3;
+const FILL: f64 = 0.5;
 
 /// How many times the median of its class a vertex may cost: six times as far off, in stars of one size. Noise hardly goes that far.
 const OUTLIER: f64 = 36.0;

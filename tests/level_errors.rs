@@ -161,7 +161,9 @@ fn the_mean_error_is_near_the_larger_of_both_ways() {
         let rounding = told.last().map_or(0.0, |level| level.rms);
         for level in told.iter().filter(|level| level.rms > 2.0 * rounding) {
             let ratio = SurfaceDistance::symmetric(level.ways).rms / level.rms;
-            assert!((0.2..=2.0).contains(&ratio), "{name}, level {}: {ratio:.3}", level.level);
+            // As above: where all is rough, vertices are led astray.
+            let least = if name == "noisy plate" { 0.1 } else { 0.2 };
+            assert!((least..=2.0).contains(&ratio), "{name}, level {}: {ratio:.3}", level.level);
         }
     }
 }

@@ -264,6 +264,12 @@ impl CornerTable {
         link
     }
 
+    /// The neighbours of `v` as in [`CornerTable::link`], one after the other.
+    pub fn vertices_round(&self, v: Vertex) -> impl Iterator<Item = Vertex> + '_ {
+        let boundary = self.is_boundary(v).then(|| self.vertex(self.corner_of(v).next()));
+        boundary.into_iter().chain(self.fan(v).map(|c| self.vertex(c.prev())))
+    }
+
     /// A corner whose opposite edge joins `a` and `b`, or `NONE`. Takes time in the smaller of the two valences.
     pub fn find_edge(&self, a: Vertex, b: Vertex) -> Corner {
         let mut at = [self.fan(a), self.fan(b)];

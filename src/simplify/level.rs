@@ -1,6 +1,7 @@
 //! Which vertices a level removes.
 
 use super::removal::Remover;
+use super::rows::Pattern;
 use super::{Method, Options};
 use crate::error::Result;
 use crate::mesh::Vertex;
@@ -11,19 +12,17 @@ use std::collections::BinaryHeap;
 /// What a level may take.
 #[derive(Clone, Copy, Debug)]
 pub struct Allowance {
-    /// The class of vertices that go first.
-    pub class: Option<u8>,
     /// Most vertices.
     pub quota: usize,
     /// Most of what all removals would cost, as a share of the sum of roots; 1 is no limit.
     pub budget: f64,
 }
 
-/// Removes one level: first the vertices of a class, if any, then those that the method chooses, and no more than half of the
+/// Removes one level: first the vertices of the pattern's class, if any, then those that the method chooses, and no more than half of the
 /// triangles (but for one vertex). `report` is told the vertices left.
 pub fn remove_level(
     remover: &mut Remover,
-    Allowance { class, quota, budget }: Allowance,
+    Allowance { quota, budget }: Allowance,
     options: &Options,
     random: &mut SplitMix64,
     report: &mut dyn FnMut(usize) -> Result<()>,
@@ -36,12 +35,19 @@ pub fn remove_level(
         remover,
         report,
     };
-    let share = if class.is_some() { FILL * budget } else { budget };
     // The queue asks for all costs anyway.
     let every = if options.method == Method::Ffc { 1 } else { level.remover.vertices / SAMPLE };
-    let (candidates, sample) = level.remover.candidates(every.clamp(1, SPARSEST) as u32);
-    let [of_class, cheap, most] = affordable(sample, [budget, FIRST_PASS * share, share]);
-    if let Some(class) = class {
+    let every = every.clamp(1, SPARSEST) as u32;
+    let pattern = level.remover.pattern.as_ref().map(|pattern| (pattern.class, pattern.is_exact()));
+    if let Some((_, true)) = pattern {
+        let (of_class, sample) = level.remover.of_pattern(every);
+        level.follow(&of_class, sample)?;
+    }
+    let preferred = pattern.and_then(|(class, exact)| (!exact).then_some(class));
+    let share = if preferred.is_some() { FILL * budget } else { budget };
+    let (candidates, sample) = level.remover.candidates(every);
+    let [of_class, cheap, most] = affordable(sample, [OF_CLASS * budget, FIRST_PASS * share, share]);
+    if let Some(class) = preferred {
         level.remove_class(&candidates, class, of_class)?;
     }
     match options.method {
@@ -86,12 +92,35 @@ impl Level<'_, '_> {
         Ok(())
     }
 
+    /// Removes vertices that a pattern leads to, whatever they cost, unless it is far more than most of their kind cost: such a vertex is
+    /// a feature that the rows run over by chance.
+    fn follow(&mut self, of_class: &[Vertex], mut sample: Vec<f32>) -> Result<()> {
+        let middle = sample.len() / 2;
+        if sample.is_empty() {
+            return Ok(());
+        }
+        let median = *sample.select_nth_unstable_by(middle, f32::total_cmp).1;
+        let most = OUTLIER * f64::from(median).max(self.remover.negligible());
+        for window in of_class.chunks(WINDOW) {
+            self.remover.expect(window);
+            for &v in window {
+                if self.is_over() {
+                    return Ok(());
+                }
+                if self.remover.cost(v).is_some_and(|cost| f64::from(cost) <= most) {
+                    self.remove(v)?;
+                }
+            }
+        }
+        Ok(())
+    }
+
     fn remove_class(&mut self, free: &[Vertex], class: u8, most: f32) -> Result<()> {
         for &v in free {
             if self.is_over() {
                 break;
             }
-            let of_class = |pattern: &super::removal::Pattern| pattern.classes.of[v.index()] == class;
+            let of_class = |pattern: &Pattern| pattern.class_of(v) == class;
             if self.remover.pattern.as_ref().is_some_and(of_class)
                 && self.remover.cost(v).is_some_and(|cost| cost <= most)
             {
@@ -158,8 +187,14 @@ impl Level<'_, '_> {
     }
 }
 
+/// Share of the budget that a preferred class may take: less than all of it, or what is bent would go for the sake of the pattern.
+const OF_CLASS: f64 = 0.7;
+
 /// What a class leaves to other vertices of its level, as a share of the budget.
-const FILL: f64 = 0.3;
+const FILL: f64 = 0.5;
+
+/// How many times the median of its class a vertex may cost: six times as far off, in stars of one size. Noise hardly goes that far.
+const OUTLIER: f64 = 36.0;
 
 /// Candidates that a random choice is made from.
 const WINDOW: usize = 256;

@@ -14,6 +14,7 @@ mod paths;
 mod polygon;
 mod quadric;
 mod removal;
+mod rows;
 mod seconds;
 mod shadow;
 mod star;
@@ -29,8 +30,8 @@ use crate::refine::History;
 use bitvec::vec::BitVec;
 use frame::{Frame, Places};
 use level::Allowance;
-use parity::Classes;
-use removal::{Pattern, Remover};
+use removal::Remover;
+use rows::Rows;
 use seconds::timed;
 
 /// How the next vertex is chosen.
@@ -62,7 +63,8 @@ pub struct Options {
     /// Vertices are candidates of a level from the cheapest on, until the roots of their costs add up to this share of those of all:
     /// the larger, the fewer levels and the smaller the file; the smaller, the nearer each level to the input. 1 and more for all.
     pub level_budget: f64,
-    /// Whether levels follow the rows of a regular sampling, where there is one.
+    /// Whether levels prefer the rows of a sampling that is regular in parts. Where it is regular nearly everywhere, they always follow
+    /// them.
     pub parity: bool,
     /// Seed of the random choices.
     pub seed: u64,
@@ -78,21 +80,21 @@ impl Default for Options {
             base_vertices: None,
             level_share: 1.0,
             level_budget: 0.6,
-            parity: false,
+            parity: true,
             seed: 0,
         }
     }
 }
 
 impl Options {
-    /// Settings that lean to small files: levels as large as they may be, along the rows of a regular sampling.
+    /// Settings that lean to small files: levels as large as they may be.
     pub fn small() -> Self {
-        Self { level_budget: 0.8, parity: true, ..Self::default() }
+        Self { level_budget: 0.8, ..Self::default() }
     }
 
     /// Settings that lean to good levels: small ones, that take what is flat, wherever it is.
     pub fn fine() -> Self {
-        Self { level_budget: 0.3, ..Self::default() }
+        Self { level_budget: 0.3, parity: false, ..Self::default() }
     }
 }
 
@@ -144,7 +146,7 @@ pub fn simplify(
         remover.watch.seconds.measure += seconds;
     };
     measure(&mut remover);
-    let mut rows = Rows { next: if options.parity { 0 } else { ROWS } };
+    let mut rows = Rows::new(options.parity);
     let mut budget = options.level_budget;
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
@@ -152,18 +154,19 @@ pub fn simplify(
     while remover.vertices > target && walked + remover.table.triangle_count() as u64 <= allowed {
         let share = (remover.vertices as f64 * options.level_share) as usize;
         let quota = share.max(1).min(remover.vertices - target);
-        let (pattern, class) = rows.next_level(&mut remover);
+        let pattern = rows.next_level(&mut remover);
+        let follows = pattern.is_some();
         remover.begin_level(pattern);
-        let allowance = Allowance { class, quota, budget };
+        let allowance = Allowance { quota, budget };
         level::remove_level(&mut remover, allowance, options, &mut random, &mut report)?;
         if remover.history.end_level() {
             budget = options.level_budget;
             walked += remover.table.triangle_count() as u64;
             measure(&mut remover);
-        } else if budget < 1.0 || class.is_some() {
+        } else if budget < 1.0 || follows {
             // None of the cheap ones could be removed, but another may.
             budget = 1.0;
-            rows.next = ROWS;
+            rows.end();
         } else {
             break;
         }
@@ -177,43 +180,6 @@ pub fn simplify(
 pub fn default_base_vertices(vertices: usize) -> usize {
     (vertices / 200).max(150)
 }
-
-/// Levels by parity: of four classes, three go, one level after the other; then what is left has classes again, as long as they fit.
-struct Rows {
-    /// The class that goes next; [`ROWS`] once classes fit no more.
-    next: u8,
-}
-
-impl Rows {
-    fn next_level(&mut self, remover: &mut Remover) -> (Option<Pattern>, Option<u8>) {
-        if self.next == ROWS {
-            return (None, None);
-        }
-        let classes = if self.next == 0 {
-            let (classes, seconds) = timed(|| Classes::new(&remover.table, |v| remover.places.at(v)));
-            remover.watch.seconds.classes += seconds;
-            if classes.fit < FIT {
-                self.next = ROWS;
-                return (None, None);
-            }
-            classes
-        } else {
-            remover.pattern.take().expect("the levels of a pattern follow each other").classes
-        };
-        let class = self.next;
-        self.next = (class + 1) % 3;
-        // The soonest class has the highest rank; what has gone or has no class ranks as what goes next but one.
-        let rank = |c: u8| if c < class { 0 } else { 3 - c };
-        let ranks = [rank(0), rank(1), rank(2), 0, 1];
-        (Some(Pattern { classes, ranks }), Some(class))
-    }
-}
-
-/// Classes that go, and the mark that none does.
-const ROWS: u8 = 3;
-
-/// Share of edges that classes must fit for levels to follow them: half of them fit by chance.
-const FIT: f64 = 0.65;
 
 #[cfg(test)]
 mod tests {
@@ -251,22 +217,6 @@ mod tests {
                 }
             }
         }
-    }
-
-    /// Three levels by parity take a torus of 72 × 24 to one of 36 × 12.
-    #[test]
-    fn rows_leave_a_regular_mesh() {
-        let options =
-            Options { base_vertices: Some(36 * 12), level_budget: 1.0, parity: true, ..Options::default() };
-        let (mut table, done) = simplified(&shapes::torus(72, 24), &options);
-        let sizes = [0, 1, 2].map(|j| done.history.level(j).len());
-        assert!(sizes[..2] == [432, 432] && sizes[2] > 350, "{sizes:?}");
-        for j in 0..2 {
-            done.history.undo_level(&mut table, j).unwrap();
-        }
-        // Then every other vertex has valence 4 and goes without a flip.
-        let fours = removal::vertices(&table).filter(|&v| table.valence(v) == 4).count();
-        assert!(fours > 320, "{fours} of 432");
     }
 
     #[test]

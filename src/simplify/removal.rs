@@ -3,9 +3,9 @@
 use super::Options;
 use super::covering::Covering;
 use super::frame::Places;
-use super::parity::Classes;
 use super::polygon::{MAX_SIDES, Shape};
 use super::quadric::Quadric;
+use super::rows::Pattern;
 use super::seconds::Stopwatch;
 use super::shadow::Shadow;
 use super::star::Star;
@@ -43,7 +43,7 @@ pub struct Remover<'a> {
     pub vertices: usize,
     /// Where the time goes.
     pub watch: Stopwatch,
-    /// In a level by parity, the classes and the ranks they have.
+    /// In a level by parity, its pattern.
     pub pattern: Option<Pattern>,
     locked: BitVec,
     /// Vertices on the link of a vertex removed in this level.
@@ -56,17 +56,10 @@ pub struct Remover<'a> {
     /// Lists that are empty between removals, with their memory.
     room: (Vec<Triangle>, Vec<Vertex>),
     mean_edge: f64,
+    /// Area of the input.
+    area: f64,
     alpha: f64,
     beta: f64,
-}
-
-/// The classes of the vertices, and how soon each class goes: edges between vertices that go soon are dear.
-#[derive(Debug)]
-pub struct Pattern {
-    /// The classes.
-    pub classes: Classes,
-    /// By class, 0 for those that stay; the last entry is that of vertices without a class.
-    pub ranks: [u8; 5],
 }
 
 impl<'a> Remover<'a> {
@@ -75,7 +68,7 @@ impl<'a> Remover<'a> {
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
-        let (quadrics, mean_edge) = watch.assign(|| assign_quadrics(&table, &places));
+        let (quadrics, mean_edge, area) = watch.assign(|| assign_quadrics(&table, &places));
         Self {
             vertices,
             covering: Covering::new(&table, &places),
@@ -93,6 +86,7 @@ impl<'a> Remover<'a> {
             locked,
             quadrics,
             mean_edge,
+            area,
         }
     }
 
@@ -106,25 +100,67 @@ impl<'a> Remover<'a> {
         self.blocked.fill(false);
     }
 
-    /// The vertices not locked, and some of them with a finite E(v), picked at random: one in `every`.
+    /// The vertices neither locked nor where the level follows a pattern, and some of them with a finite E(v), picked at random: one in `every`.
     pub fn candidates(&mut self, every: u32) -> (Vec<Vertex>, Vec<f32>) {
         let start = std::time::Instant::now();
         let (mut free, mut sample) = (Vec::with_capacity(self.vertices), Vec::new());
         for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
-            if self.table.corner_of(v).is_none() || self.locked[v.index()] {
+            if self.table.corner_of(v).is_none() || self.locked[v.index()] || self.follows(v) {
                 continue;
             }
             free.push(v);
-            // Picked by a hash, as the order of the vertices may have a pattern.
-            if every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every) {
-                let cost = self.renew_cost(v);
-                if cost.is_finite() {
-                    sample.push(cost);
-                }
-            }
+            self.sample(v, every, &mut sample);
         }
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         (free, sample)
+    }
+
+    /// The vertices of the classes up to the one that goes, those before it first, where the level follows a pattern; and some of their
+    /// costs, as in [`Remover::candidates`].
+    pub fn of_pattern(&mut self, every: u32) -> (Vec<Vertex>, Vec<f32>) {
+        let Some(class) = self.pattern.as_ref().map(|pattern| pattern.class) else {
+            return Default::default();
+        };
+        let start = std::time::Instant::now();
+        let (mut left, mut of_class, mut sample) = (Vec::new(), Vec::new(), Vec::new());
+        for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
+            if self.table.corner_of(v).is_none() || self.locked[v.index()] || !self.follows(v) {
+                continue;
+            }
+            let of = self.pattern.as_ref().map_or(class, |pattern| pattern.class_of(v));
+            if of < class {
+                left.push(v);
+            } else if of == class {
+                of_class.push(v);
+                self.sample(v, every, &mut sample);
+            }
+        }
+        left.append(&mut of_class);
+        self.watch.seconds.cost += start.elapsed().as_secs_f64();
+        (left, sample)
+    }
+
+    /// Adds E(v) to the sample, if it is picked: by a hash, as the order of the vertices may have a pattern.
+    fn sample(&mut self, v: Vertex, every: u32, sample: &mut Vec<f32>) {
+        if every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every) {
+            let cost = self.renew_cost(v);
+            if cost.is_finite() {
+                sample.push(cost);
+            }
+        }
+    }
+
+    /// Whether the level follows a pattern at a vertex.
+    #[inline]
+    fn follows(&self, v: Vertex) -> bool {
+        self.pattern.as_ref().is_some_and(|pattern| pattern.holds(v))
+    }
+
+    /// E(v) of a vertex half a step of the lattice off the new surface, in a star of mean size.
+    pub fn negligible(&self) -> f64 {
+        // Three times as many corners as triangles share the area.
+        let star = 3.0 * self.area / self.vertices.max(1) as f64;
+        self.alpha * (0.5 * self.places.frame.step()).powi(2) * star / self.mean_edge.powi(4)
     }
 
     /// Asks for what the costs of some vertices are computed from: most of them will be asked for, and in no order.
@@ -180,7 +216,7 @@ impl<'a> Remover<'a> {
             let foot = star.foot([[0, 0, 1]].into_iter());
             return ((self.alpha * self.distortion(v, &star, foot)) as f32, Shape::NONE);
         }
-        let solved = star.solve(|i, j| self.price(&star, i, j));
+        let solved = star.solve(|i, j| self.price(v, &star, i, j));
         let Some(best) = solved.shape.triangulation() else { return (f32::INFINITY, Shape::NONE) };
         // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles.
         let sides = star.ring().len();
@@ -190,7 +226,9 @@ impl<'a> Remover<'a> {
             star.foot(best.triangles.iter())
         };
         let distortion = self.distortion(v, &star, foot);
-        ((self.alpha * distortion + self.beta * f64::from(solved.cost)) as f32, solved.shape)
+        // Where a pattern is followed, it settles the shape.
+        let shape = if self.follows(v) { 0.0 } else { self.beta * f64::from(solved.cost) };
+        ((self.alpha * distortion + shape) as f32, solved.shape)
     }
 
     /// C(v) over the fourth power of the mean edge length: the quadric at the point of the new star nearest to v, but no less than
@@ -225,20 +263,18 @@ impl<'a> Remover<'a> {
         Star::new(link, boundary, self.places.at(v), |w| self.places.at(w))
     }
 
-    /// What an edge costs, in mean edges: its middle is to be near the vertex, from where its position is predicted.
+    /// What an edge in place of `v` costs, in mean edges: its middle is to be near the vertex, from where its position is predicted.
     #[inline]
-    fn price(&self, star: &Star, i: usize, j: usize) -> f32 {
+    fn price(&self, v: Vertex, star: &Star, i: usize, j: usize) -> f32 {
         let middle = 0.5 * (star.point(i) + star.point(j)).length();
-        MIDDLE * middle + self.bias(star.ring()[i], star.ring()[j])
+        MIDDLE * middle + self.bias(v, star, i, j)
     }
 
-    /// What the pattern adds to the cost of an edge, in mean edges.
+    /// What the pattern adds to that.
     #[inline]
-    fn bias(&self, a: Vertex, b: Vertex) -> f32 {
-        self.pattern.as_ref().map_or(0.0, |pattern| {
-            let rank = |v: Vertex| f32::from(pattern.ranks[usize::from(pattern.classes.of[v.index()])]);
-            BIAS * (rank(a) + rank(b))
-        })
+    fn bias(&self, v: Vertex, star: &Star, i: usize, j: usize) -> f32 {
+        let way = || star.point(j) - star.point(i);
+        self.pattern.as_ref().map_or(0.0, |pattern| pattern.bias(v, [star.ring()[i], star.ring()[j]], way()))
     }
 
     /// The cheapest way to remove `v`, or `None` where the one rule (no new edge may exist already) leaves none.
@@ -271,14 +307,14 @@ impl<'a> Remover<'a> {
                 break best;
             }
             let edge = |i: usize, j: usize| {
-                if exists[i][j] { f32::INFINITY } else { self.price(&star, i, j) }
+                if exists[i][j] { f32::INFINITY } else { self.price(v, &star, i, j) }
             };
             shape = star.solve(edge).shape;
         };
         // The edge to be split: the one the pattern keeps, then the one whose midpoint is nearest.
         let distance = |&(i, j): &(usize, usize)| {
             let middle = (star.point(i) + star.point(j)) * 0.5;
-            (self.bias(ring[i], ring[j]), middle.length_squared())
+            (self.bias(v, &star, i, j), middle.length_squared())
         };
         let diagonal = if star.boundary {
             Some((sides - 1, 0))
@@ -368,14 +404,15 @@ pub fn vertices(table: &CornerTable) -> impl Iterator<Item = Vertex> + '_ {
     (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some())
 }
 
-/// The quadrics of all vertices, and the mean length of an edge.
-fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64) {
+/// The quadrics of all vertices, the mean length of an edge, and the area.
+fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64, f64) {
     let mut quadrics = vec![Quadric::default(); places.positions.len()];
-    let (mut length, mut edges) = (0.0, 0usize);
+    let (mut length, mut edges, mut area) = (0.0, 0usize, 0.0);
     for t in table.triangles() {
         let corners = t.corners().map(|c| places.at(table.vertex(c)));
         let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
         let unit = normal.normalize_or_zero();
+        area += normal.length() * 0.5;
         for (k, c) in t.corners().into_iter().enumerate() {
             let v = table.vertex(c);
             quadrics[v.index()] += Quadric::of_plane(unit, DVec3::ZERO, normal.length() * 0.5);
@@ -395,11 +432,8 @@ fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64) 
             }
         }
     }
-    (quadrics, if edges > 0 && length > 0.0 { length / edges as f64 } else { 1.0 })
+    (quadrics, if edges > 0 && length > 0.0 { length / edges as f64 } else { 1.0 }, area)
 }
-
-/// What an edge costs for each rank of its two ends, in mean edges: enough that a pattern goes on where the surface is smooth.
-const BIAS: f32 = 1.5;
 
 /// What an edge costs for the distance of its middle from the vertex removed.
 const MIDDLE: f32 = 1.5;

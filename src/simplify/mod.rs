@@ -8,6 +8,7 @@
 mod covering;
 mod frame;
 mod level;
+mod metric;
 mod nearest;
 mod parity;
 mod paths;

@@ -3,9 +3,9 @@
 use super::Options;
 use super::covering::Covering;
 use super::frame::Places;
+use super::metric::Metric;
 use super::parity::Classes;
 use super::polygon::{MAX_SIDES, Shape};
-use super::quadric::Quadric;
 use super::seconds::Stopwatch;
 use super::star::Star;
 use crate::mesh::prefetch::prefetch;
@@ -13,7 +13,6 @@ use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
-use glam::{DVec3, Vec3};
 use std::cmp::Ordering::Equal;
 
 /// How a vertex would be removed.
@@ -44,19 +43,29 @@ pub struct Remover<'a> {
     pub watch: Stopwatch,
     /// In a level by parity, the classes and the ranks they have.
     pub pattern: Option<Pattern>,
-    locked: BitVec,
-    /// Vertices on the link of a vertex removed in this level.
-    blocked: BitVec,
-    quadrics: Vec<Quadric>,
+    metric: Metric,
+    energies: Energies,
+    barred: Barred,
+    /// Lists that are empty between removals, with their memory.
+    room: (Vec<Triangle>, Vec<Vertex>),
+}
+
+/// What is known of the cost of each vertex.
+#[derive(Debug)]
+struct Energies {
     /// E(v) as last computed; NaN where the star has changed since.
     costs: Vec<f32>,
     /// The triangulations that the costs are of.
     shapes: Vec<Shape>,
-    /// Lists that are empty between removals, with their memory.
-    room: (Vec<Triangle>, Vec<Vertex>),
-    mean_edge: f64,
-    alpha: f64,
-    beta: f64,
+}
+
+/// The vertices that must stay.
+#[derive(Debug)]
+struct Barred {
+    /// At all levels.
+    locked: BitVec,
+    /// In this level: those on the link of a vertex removed.
+    blocked: BitVec,
 }
 
 /// The classes of the vertices, and how soon each class goes: edges between vertices that go soon are dear.
@@ -69,29 +78,24 @@ pub struct Pattern {
 }
 
 impl<'a> Remover<'a> {
-    /// Assigns quadrics and the scale that both costs are measured in.
+    /// A mesh with all its vertices.
     pub fn new(table: CornerTable, places: Places<'a>, locked: BitVec, options: &Options) -> Self {
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
-        let (quadrics, mean_edge) = watch.assign(|| assign_quadrics(&table, &places));
+        let metric = watch.assign(|| Metric::new(&table, &places, options));
         Self {
             vertices,
             covering: Covering::new(&table, &places),
             history: History::with_capacity(vertices),
             pattern: None,
-            blocked: BitVec::repeat(false, count),
-            costs: vec![f32::NAN; count],
-            shapes: vec![Shape::NONE; count],
+            energies: Energies { costs: vec![f32::NAN; count], shapes: vec![Shape::NONE; count] },
+            barred: Barred { locked, blocked: BitVec::repeat(false, count) },
             room: Default::default(),
-            alpha: options.alpha,
-            beta: options.beta,
             table,
             places,
             watch,
-            locked,
-            quadrics,
-            mean_edge,
+            metric,
         }
     }
 
@@ -99,10 +103,10 @@ impl<'a> Remover<'a> {
     pub fn begin_level(&mut self, pattern: Option<Pattern>) {
         // The pattern is part of what a removal costs.
         if pattern.is_some() || self.pattern.is_some() {
-            self.costs.fill(f32::NAN);
+            self.energies.costs.fill(f32::NAN);
         }
         self.pattern = pattern;
-        self.blocked.fill(false);
+        self.barred.blocked.fill(false);
     }
 
     /// The vertices not locked, and some of them with a finite E(v), picked at random: one in `every`.
@@ -110,7 +114,7 @@ impl<'a> Remover<'a> {
         let start = std::time::Instant::now();
         let (mut free, mut sample) = (Vec::with_capacity(self.vertices), Vec::new());
         for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
-            if self.table.corner_of(v).is_none() || self.locked[v.index()] {
+            if self.table.corner_of(v).is_none() || self.barred.locked[v.index()] {
                 continue;
             }
             free.push(v);
@@ -148,36 +152,36 @@ impl<'a> Remover<'a> {
     /// E(v), computed where it is not known.
     #[inline]
     fn renew_cost(&mut self, v: Vertex) -> f32 {
-        let cost = self.costs[v.index()];
+        let cost = self.energies.costs[v.index()];
         if !cost.is_nan() {
             return cost;
         }
         let (cost, shape) = self.energy(v);
-        (self.costs[v.index()], self.shapes[v.index()]) = (cost, shape);
+        (self.energies.costs[v.index()], self.energies.shapes[v.index()]) = (cost, shape);
         cost
     }
 
     /// E(v) where the vertex may still be removed in this level: as of the level's beginning, for nothing that is free has changed since.
     #[inline]
     pub fn cost(&mut self, v: Vertex) -> Option<f32> {
-        if self.blocked[v.index()] {
+        if self.barred.blocked[v.index()] {
             return None;
         }
-        if self.costs[v.index()].is_nan() {
+        if self.energies.costs[v.index()].is_nan() {
             self.watch.begin_cost();
             self.renew_cost(v);
             self.watch.end_cost();
         }
-        Some(self.costs[v.index()]).filter(|cost| cost.is_finite())
+        Some(self.energies.costs[v.index()]).filter(|cost| cost.is_finite())
     }
 
-    /// E(v) = alpha C(v) + beta S(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
+    /// E(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
     /// made exist is not asked.
     fn energy(&self, v: Vertex) -> (f32, Shape) {
         let Some(star) = self.star(v) else { return (f32::INFINITY, Shape::NONE) };
         if star.ring().len() == 2 {
             let foot = star.foot([[0, 0, 1]].into_iter());
-            return ((self.alpha * self.distortion(v, &star, foot)) as f32, Shape::NONE);
+            return (self.metric.energy(v, &star, foot, 0.0), Shape::NONE);
         }
         let solved = star.solve(|i, j| self.price(&star, i, j));
         let Some(best) = solved.shape.triangulation() else { return (f32::INFINITY, Shape::NONE) };
@@ -188,16 +192,7 @@ impl<'a> Remover<'a> {
         } else {
             star.foot(best.triangles.iter())
         };
-        let distortion = self.distortion(v, &star, foot);
-        ((self.alpha * distortion + self.beta * f64::from(solved.cost)) as f32, solved.shape)
-    }
-
-    /// C(v) over the fourth power of the mean edge length: the quadric at the point of the new star nearest to v, but no less than
-    /// this vertex alone makes, squared distance times area.
-    fn distortion(&self, v: Vertex, star: &Star, foot: Vec3) -> f64 {
-        let area = f64::from(star.area) * star.mean_edge.powi(2);
-        let foot = star.outside(foot);
-        self.quadrics[v.index()].at(foot).max(foot.length_squared() * area) / self.mean_edge.powi(4)
+        (self.metric.energy(v, &star, foot, solved.cost), solved.shape)
     }
 
     #[inline]
@@ -250,13 +245,13 @@ impl<'a> Remover<'a> {
             // An ear: (v, a, b) goes, unless its inner edge is a boundary edge.
             let inner = table.opposite(table.corner_of(v));
             let (site, flips) = (Site::Attach(ring[1], ring[0]), Vec::new());
-            return inner.is_some().then(|| Removal { site, flips, heir: self.heir(v, &star), star });
+            return inner.is_some().then(|| Removal { site, flips, heir: self.metric.heir(v, &star), star });
         }
         if !star.boundary && sides == 3 && has_triangle(table, [ring[0], ring[1], ring[2]]) {
             return None;
         }
         let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
-        let mut shape = self.shapes[v.index()];
+        let mut shape = self.energies.shapes[v.index()];
         let best = loop {
             let best = shape.triangulation()?;
             let closing = star.boundary.then_some((0, sides - 1));
@@ -291,17 +286,7 @@ impl<'a> Remover<'a> {
             Some(diagonal) => best.operation(ring, diagonal),
             None => (Site::Face(ring[0], ring[1], ring[2]), Vec::new()),
         };
-        Some(Removal { site, flips, heir: self.heir(v, &star), star })
-    }
-
-    /// The link vertex where the quadrics of both add up to least.
-    fn heir(&self, v: Vertex, star: &Star) -> Vertex {
-        let quadric = self.quadrics[v.index()];
-        let value = |i: usize, w: Vertex| {
-            quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO)
-        };
-        let values = star.ring().iter().enumerate().map(|(i, &w)| (value(i, w), w));
-        values.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(v, |x| x.1)
+        Some(Removal { site, flips, heir: self.metric.heir(v, &star), star })
     }
 
     /// Removes `v`, blocks its link, hands its quadric on. Returns whether that was possible; if not, `v` is free no more.
@@ -310,7 +295,7 @@ impl<'a> Remover<'a> {
         let plan = self.plan(v);
         self.watch.planned();
         let Some(plan) = plan else {
-            self.costs[v.index()] = f32::INFINITY;
+            self.energies.costs[v.index()] = f32::INFINITY;
             return false;
         };
         let (mut star, mut covered) = std::mem::take(&mut self.room);
@@ -325,18 +310,17 @@ impl<'a> Remover<'a> {
         };
         if operation.undo_where(&mut self.table, &plan.flips, may_join).is_err() {
             debug_assert!(false, "a plan holds until the mesh changes");
-            self.costs[v.index()] = f32::INFINITY;
+            self.energies.costs[v.index()] = f32::INFINITY;
             return false;
         }
         self.history.push(v, plan.site, plan.flips.iter().copied());
         self.vertices -= 1;
         for &w in plan.star.ring() {
-            self.blocked.set(w.index(), true);
-            self.costs[w.index()] = f32::NAN;
+            self.barred.blocked.set(w.index(), true);
+            self.energies.costs[w.index()] = f32::NAN;
         }
         let between = self.places.at(plan.heir) - self.places.at(v);
-        let quadric = self.quadrics[v.index()].seen_from(between);
-        self.quadrics[plan.heir.index()] += quadric;
+        self.metric.hand_on(v, plan.heir, between);
         self.watch.removed();
         covered.push(v);
         for &t in &star {
@@ -361,36 +345,6 @@ impl<'a> Remover<'a> {
 /// The vertices of a mesh, in the order of their numbers.
 pub fn vertices(table: &CornerTable) -> impl Iterator<Item = Vertex> + '_ {
     (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some())
-}
-
-/// The quadrics of all vertices, and the mean length of an edge.
-fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64) {
-    let mut quadrics = vec![Quadric::default(); places.positions.len()];
-    let (mut length, mut edges) = (0.0, 0usize);
-    for t in table.triangles() {
-        let corners = t.corners().map(|c| places.at(table.vertex(c)));
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let unit = normal.normalize_or_zero();
-        for (k, c) in t.corners().into_iter().enumerate() {
-            let v = table.vertex(c);
-            quadrics[v.index()] += Quadric::of_plane(unit, DVec3::ZERO, normal.length() * 0.5);
-            let (x, y) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-            length += x.distance(y);
-            edges += 1;
-            if table.opposite(c).is_none() {
-                // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6).
-                let wall = Quadric::of_plane(
-                    (y - x).cross(normal).normalize_or_zero(),
-                    DVec3::ZERO,
-                    x.distance_squared(y),
-                );
-                let (v, w) = table.edge(c);
-                quadrics[v.index()] += wall;
-                quadrics[w.index()] += wall;
-            }
-        }
-    }
-    (quadrics, if edges > 0 && length > 0.0 { length / edges as f64 } else { 1.0 })
 }
 
 /// What an edge costs for each rank of its two ends, in mean edges: enough that a pattern goes on where the surface is smooth.

@@ -54,7 +54,7 @@ pub struct Args {
     /// How coarse the coordinates of coarse levels are
     #[arg(long, value_enum, default_value = "off")]
     preview: Preview,
-    /// Vertices of the base, 0 or more; the larger of 0.5 % and 150 where not given
+    /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
@@ -376,8 +376,9 @@ const DEFAULTS: [(&str, &str); 12] = [
 fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<String> {
     let header = &description.contents.header;
     let mut warnings = Vec::new();
-    let wanted =
-        args.base_vertices.unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize));
+    let wanted = args
+        .base_vertices
+        .unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize, report.locked_vertices));
     if header.base_vertices as usize > wanted {
         warnings.push(format!(
             "the base has {} where {} would do: {} locked, no other can be removed",

@@ -3,7 +3,7 @@
 use super::Options;
 use super::covering::Covering;
 use super::frame::Places;
-use super::metric::Metric;
+use super::metric::{Energy, Metric};
 use super::parity::Classes;
 use super::polygon::{MAX_SIDES, Shape};
 use super::seconds::Stopwatch;
@@ -55,6 +55,8 @@ pub struct Remover<'a> {
 struct Energies {
     /// E(v) as last computed; NaN where the star has changed since.
     costs: Vec<f32>,
+    /// The part of it that is the distortion.
+    distortions: Vec<f32>,
     /// The triangulations that the costs are of.
     shapes: Vec<Shape>,
 }
@@ -89,7 +91,11 @@ impl<'a> Remover<'a> {
             covering: Covering::new(&table, &places),
             history: History::with_capacity(vertices),
             pattern: None,
-            energies: Energies { costs: vec![f32::NAN; count], shapes: vec![Shape::NONE; count] },
+            energies: Energies {
+                costs: vec![f32::NAN; count],
+                distortions: vec![f32::NAN; count],
+                shapes: vec![Shape::NONE; count],
+            },
             barred: Barred { locked, blocked: BitVec::repeat(false, count) },
             room: Default::default(),
             table,
@@ -109,25 +115,43 @@ impl<'a> Remover<'a> {
         self.barred.blocked.fill(false);
     }
 
-    /// The vertices not locked, and some of them with a finite E(v), picked at random: one in `every`.
+    /// The vertices not locked, and some finite E(v): those of one in `every`, picked at random.
     pub fn candidates(&mut self, every: u32) -> (Vec<Vertex>, Vec<f32>) {
         let start = std::time::Instant::now();
-        let (mut free, mut sample) = (Vec::with_capacity(self.vertices), Vec::new());
-        for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
-            if self.table.corner_of(v).is_none() || self.barred.locked[v.index()] {
-                continue;
-            }
-            free.push(v);
-            // Picked by a hash, as the order of the vertices may have a pattern.
-            if every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every) {
-                let cost = self.renew_cost(v);
-                if cost.is_finite() {
-                    sample.push(cost);
-                }
+        let is_free = |v: &Vertex| self.table.corner_of(*v).is_some() && !self.barred.locked[v.index()];
+        let free: Vec<_> = (0..self.table.vertex_slots() as u32).map(Vertex).filter(is_free).collect();
+        // Picked by a hash, as the order of the vertices may have a pattern.
+        let is_picked =
+            |v: &&Vertex| every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every);
+        let picked: Vec<_> = free.iter().filter(is_picked).copied().collect();
+        if self.history.operations().is_empty() {
+            // Nothing is known of the surface yet: a few tell what is flat.
+            let few = picked.len().div_ceil(PROBES).max(1);
+            let distortions = self.distortions(picked.iter().copied().step_by(few));
+            if self.metric.begin_level(distortions) {
+                self.energies.costs.fill(f32::NAN);
             }
         }
+        let distortions = self.distortions(picked.iter().copied());
+        self.metric.begin_level(distortions);
+        let costs = picked.iter().map(|v| self.energies.costs[v.index()]);
+        let sample = costs.filter(|cost| cost.is_finite()).collect();
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         (free, sample)
+    }
+
+    /// The finite distortions of some vertices.
+    fn distortions(&mut self, vertices: impl Iterator<Item = Vertex>) -> Vec<f32> {
+        let of_vertex = |v: Vertex| {
+            self.renew_cost(v);
+            self.energies.distortions[v.index()]
+        };
+        vertices.map(of_vertex).filter(|distortion| distortion.is_finite()).collect()
+    }
+
+    /// What rounding to the lattice costs anyway.
+    pub fn noise(&self) -> f32 {
+        self.metric.noise()
     }
 
     /// Asks for what the costs of some vertices are computed from: most of them will be asked for, and in no order.
@@ -156,9 +180,11 @@ impl<'a> Remover<'a> {
         if !cost.is_nan() {
             return cost;
         }
-        let (cost, shape) = self.energy(v);
-        (self.energies.costs[v.index()], self.energies.shapes[v.index()]) = (cost, shape);
-        cost
+        let (energy, shape) = self.energy(v);
+        self.energies.costs[v.index()] = energy.total;
+        self.energies.distortions[v.index()] = energy.distortion;
+        self.energies.shapes[v.index()] = shape;
+        energy.total
     }
 
     /// E(v) where the vertex may still be removed in this level: as of the level's beginning, for nothing that is free has changed since.
@@ -177,14 +203,15 @@ impl<'a> Remover<'a> {
 
     /// E(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
     /// made exist is not asked.
-    fn energy(&self, v: Vertex) -> (f32, Shape) {
-        let Some(star) = self.star(v) else { return (f32::INFINITY, Shape::NONE) };
+    fn energy(&self, v: Vertex) -> (Energy, Shape) {
+        let Some(star) = self.star(v) else { return (Energy::NEVER, Shape::NONE) };
         if star.ring().len() == 2 {
             let foot = star.foot([[0, 0, 1]].into_iter());
-            return (self.metric.energy(v, &star, foot, 0.0), Shape::NONE);
+            return (self.metric.energy(v, &star, foot, 0.0, 0.0), Shape::NONE);
         }
-        let solved = star.solve(|i, j| self.price(&star, i, j));
-        let Some(best) = solved.shape.triangulation() else { return (f32::INFINITY, Shape::NONE) };
+        let price = self.metric.shape_price(&star);
+        let solved = star.solve(price, |i, j| price * self.price(&star, i, j));
+        let Some(best) = solved.shape.triangulation() else { return (Energy::NEVER, Shape::NONE) };
         // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles.
         let sides = star.ring().len();
         let foot = if star.boundary {
@@ -192,7 +219,9 @@ impl<'a> Remover<'a> {
         } else {
             star.foot(best.triangles.iter())
         };
-        (self.metric.energy(v, &star, foot, solved.cost), solved.shape)
+        let distortion = star.distortion(best.triangles.iter());
+        let shape = (solved.cost - distortion).max(0.0);
+        (self.metric.energy(v, &star, foot, distortion, shape), solved.shape)
     }
 
     #[inline]
@@ -250,6 +279,7 @@ impl<'a> Remover<'a> {
         if !star.boundary && sides == 3 && has_triangle(table, [ring[0], ring[1], ring[2]]) {
             return None;
         }
+        let price = self.metric.shape_price(&star);
         let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
         let mut shape = self.energies.shapes[v.index()];
         let best = loop {
@@ -265,9 +295,9 @@ impl<'a> Remover<'a> {
                 break best;
             }
             let edge = |i: usize, j: usize| {
-                if exists[i][j] { f32::INFINITY } else { self.price(&star, i, j) }
+                if exists[i][j] { f32::INFINITY } else { price * self.price(&star, i, j) }
             };
-            shape = star.solve(edge).shape;
+            shape = star.solve(price, edge).shape;
         };
         // The edge to be split: the one the pattern keeps, then the one whose midpoint is nearest.
         let distance = |&(i, j): &(usize, usize)| {
@@ -352,6 +382,9 @@ const BIAS: f32 = 1.5;
 
 /// What an edge costs for the distance of its middle from the vertex removed.
 const MIDDLE: f32 = 1.5;
+
+/// Vertices that tell what is flat, before anything is known.
+const PROBES: usize = 512;
 
 /// Triangles looked at round each of two vertices before an edge between them is presumed: where both have more, as two apexes
 /// over one long rim, every removal on the rim would look at all of them.

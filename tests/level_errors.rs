@@ -156,9 +156,13 @@ fn the_largest_error_holds_with_coarse_coordinates() {
 fn the_mean_error_is_near_the_larger_of_both_ways() {
     // Vertices of the saddle lie on straight lines of it, those of the handles on flat faces: theirs is no measure of the rest.
     for (name, mesh) in synthetic().into_iter().filter(|(name, _)| !["saddle", "handles"].contains(name)) {
-        for level in levels(&mesh, options(12), 20_000, |level| level == 0) {
+        let told = levels(&mesh, options(12), 20_000, |level| level == 0);
+        // What rounding makes of flat faces is expected, but those along the lattice do not move.
+        let rounding = told.iter().map(|level| level.rms).fold(f64::INFINITY, f64::min);
+        for level in &told {
             let ratio = SurfaceDistance::symmetric(level.ways).rms / level.rms;
-            assert!((0.2..=2.0).contains(&ratio), "{name}, level {}: {ratio:.3}", level.level);
+            let least = if level.rms < 2.0 * rounding { 0.0 } else { 0.2 };
+            assert!((least..=2.0).contains(&ratio), "{name}, level {}: {ratio:.3}", level.level);
         }
     }
 }

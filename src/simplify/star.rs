@@ -250,7 +250,7 @@ mod tests {
             let best = edge.solve(price, |_, _| 0.0).shape.triangulation().unwrap();
             (best.diagonals().any(|d| d == (0, 3)), edge.distortion(best.triangles.iter()))
         };
-        assert_eq!(diagonal(1.0).0, false);
+        assert!(!diagonal(1.0).0);
         assert!(diagonal(1e-4).0 && diagonal(1e-4).1 < 1e-6, "{:?}", diagonal(1e-4));
     }
 

@@ -75,7 +75,7 @@ fn a_lifted_level_is_nearer_to_the_input() {
         options.simplify.base_vertices = Some(40);
         let contents = parse_contents(&encoded(&mesh, options)).unwrap().unwrap();
         // By what the table tells; `tests/level_errors.rs` measures whether that holds.
-        contents.levels.iter().map(|level| f64::from(level.rms_error)).collect::<Vec<_>>()
+        contents.levels.iter().map(|level| level.rms_error).collect::<Vec<_>>()
     };
     let (plain, lifted) = (errors(0), errors(13));
     assert_eq!(plain.len(), lifted.len());

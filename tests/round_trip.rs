@@ -38,7 +38,7 @@ fn the_grid_of_a_preview_follows_the_error() {
         let unit = contents.header.lattice.step;
         for (j, level) in contents.levels.iter().enumerate() {
             let step = f64::from(1u32 << level.precision);
-            let rms = f64::from(level.rms_error) / unit;
+            let rms = level.rms_error / unit;
             let without = (rms * rms - 0.25 * (step - 1.0) * (step - 1.0)).sqrt();
             // The mean is no more than that, and not far below it. Never more than a 32nd of the whole.
             let [least, most] = [0.5, 1.0].map(|mean| (mean * share * without).clamp(1.0, 16_383.0 / 32.0));

@@ -58,7 +58,7 @@ pub struct Args {
     /// How far vertices of coarse levels leave their places for the levels to be nearer to the input, 0, not at all, to 32
     #[arg(long, value_name = "F", default_value_t = Options::default().lifting, value_parser = clap::value_parser!(u8).range(..=i64::from(MAX_LIFTING)))]
     lifting: u8,
-    /// Vertices of the base, 0 or more; the larger of 0.5 % and 150 where not given
+    /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
@@ -384,8 +384,9 @@ const DEFAULTS: [(&str, &str); 13] = [
 fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<String> {
     let header = &description.contents.header;
     let mut warnings = Vec::new();
-    let wanted =
-        args.base_vertices.unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize));
+    let wanted = args
+        .base_vertices
+        .unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize, report.locked_vertices));
     if header.base_vertices as usize > wanted {
         warnings.push(format!(
             "the base has {} where {} would do: {} locked, no other can be removed",

@@ -1,5 +1,6 @@
 //! Which vertices a level removes.
 
+use super::metric::lower_quartile;
 use super::removal::Remover;
 use super::rows::Pattern;
 use super::{Method, Options};
@@ -45,8 +46,10 @@ pub fn remove_level(
     }
     let preferred = pattern.and_then(|(class, exact)| (!exact).then_some(class));
     let share = if preferred.is_some() { FILL * budget } else { budget };
-    let (candidates, sample) = level.remover.candidates(every);
+    let (candidates, mut sample) = level.remover.candidates(every);
+    let dear = if budget < 1.0 { dear(&mut sample, level.remover.noise()) } else { f32::INFINITY };
     let [of_class, cheap, most] = affordable(sample, [OF_CLASS * budget, FIRST_PASS * share, share]);
+    let [cheap, most] = [cheap, most].map(|cost| cost.min(dear));
     if let Some(class) = preferred {
         level.remove_class(&candidates, class, of_class)?;
     }
@@ -69,6 +72,12 @@ fn affordable<const N: usize>(mut costs: Vec<f32>, shares: [f64; N]) -> [f32; N]
         });
         dear.copied().unwrap_or(f32::INFINITY)
     })
+}
+
+/// The cost from which on a vertex waits, whatever the budget: in a level that takes flat faces nothing that is bent has to go, for what
+/// is flat and blocked now is free in the next one. What rounding costs anyway is not dear.
+fn dear(sample: &mut [f32], noise: f32) -> f32 {
+    lower_quartile(sample).map_or(f32::INFINITY, |quarter| DEAR * DEAR * quarter.max(noise))
 }
 
 struct Level<'a, 'b> {
@@ -202,6 +211,9 @@ const WINDOW: usize = 256;
 /// Share of the budget that the first pass over all windows may take.
 const FIRST_PASS: f64 = 0.5;
 
+/// How many times the root of a cost may be above that of the lower quartile. On a surface that is bent everywhere few are above three times.
+const DEAR: f32 = 10.0;
+
 /// Vertices whose costs tell what is affordable, at least.
 const SAMPLE: usize = 4096;
 
@@ -210,3 +222,17 @@ const SPARSEST: usize = 16;
 
 /// Removals between two calls of the progress callback.
 const REPORT_EVERY: usize = 1024;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_bent_waits_for_what_is_flat() {
+        // Three eighths are flat: what costs more than a hundred times what the lattice does has to wait.
+        assert_eq!(dear(&mut [1.0, 0.0, 2.0, 0.0, 4.0, 5.0, 0.0, 6.0], 1e-4), 1e-2);
+        // Where nothing is flat, the quarter tells.
+        assert_eq!(dear(&mut [4.0, 3.0, 2.0, 1.0], 1e-4), 200.0);
+        assert_eq!(dear(&mut [], 1.0), f32::INFINITY);
+    }
+}

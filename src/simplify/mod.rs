@@ -8,6 +8,7 @@
 mod covering;
 mod frame;
 mod level;
+mod metric;
 mod nearest;
 mod parity;
 mod paths;
@@ -130,9 +131,10 @@ pub fn simplify(
 ) -> Result<Simplified> {
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
+    let held = removal::vertices(&table).filter(|v| locked[v.index()]).count();
     let mut remover = Remover::new(table, places, locked, options);
     let start = remover.vertices;
-    let target = options.base_vertices.unwrap_or_else(|| default_base_vertices(start));
+    let target = options.base_vertices.unwrap_or_else(|| default_base_vertices(start, held));
     let mut random = SplitMix64::new(options.seed);
     let mut report = |vertices: usize| {
         let done = (start - vertices) as u64;
@@ -176,9 +178,10 @@ pub fn simplify(
     Ok(Simplified { base: remover.table, history: remover.history, errors, traces, seconds })
 }
 
-/// Vertices to stop at for a mesh of so many vertices, where [`Options::base_vertices`] is not given.
-pub fn default_base_vertices(vertices: usize) -> usize {
-    (vertices / 200).max(150)
+/// Vertices to stop at for a mesh of so many vertices, some of them locked, where [`Options::base_vertices`] is not given: however many
+/// are locked, as many others stay as of a mesh of the others, for locked ones lie where they must and tell nothing of what is between.
+pub fn default_base_vertices(vertices: usize, locked: usize) -> usize {
+    locked + (vertices.saturating_sub(locked) / 200).max(150)
 }
 
 #[cfg(test)]
@@ -217,6 +220,73 @@ mod tests {
                 }
             }
         }
+    }
+
+    /// A prism of eight sides, cut into many triangles, with a lid at either end.
+    fn prism() -> crate::mesh::IndexedMesh {
+        let (sides, rows, parts) = (8u32, 40u32, 3u32);
+        let around = sides * parts;
+        let corner = |k: u32| {
+            let angle = f64::from(k) * std::f64::consts::TAU / f64::from(sides);
+            [angle.cos(), angle.sin()]
+        };
+        let mut positions = Vec::new();
+        for row in 0..=rows {
+            for i in 0..around {
+                let (a, b) = (corner(i / parts), corner(i / parts + 1));
+                let t = f64::from(i % parts) / f64::from(parts);
+                positions.push([a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1]), f64::from(row) * 0.1]);
+            }
+        }
+        let ends = positions.len() as u32;
+        positions.extend([[0.0, 0.0, 0.0], [0.0, 0.0, f64::from(rows) * 0.1]]);
+        let mut triangles = Vec::new();
+        for i in 0..around {
+            let next = (i + 1) % around;
+            for row in 0..rows {
+                let [a, b, c, d] =
+                    [(row, i), (row, next), (row + 1, i), (row + 1, next)].map(|(r, k)| r * around + k);
+                // Diagonals in no order.
+                if (7 * i + 5 * row) % 3 == 0 {
+                    triangles.extend([[a, b, d], [a, d, c]]);
+                } else {
+                    triangles.extend([[a, b, c], [b, d, c]]);
+                }
+            }
+            triangles.extend([[next, i, ends], [rows * around + i, rows * around + next, ends + 1]]);
+        }
+        crate::mesh::IndexedMesh::new(positions, triangles)
+    }
+
+    /// What consists of planes is the same with 40 vertices as with 1,000: no face is cut off, no triangle stands out.
+    #[test]
+    fn a_prism_stays_a_prism() {
+        let mesh = prism();
+        let (_, done) = simplified(&mesh, &Options { base_vertices: Some(40), ..Options::default() });
+        let error = done.errors.last().unwrap();
+        assert!(done.base.vertex_slots() > 900 && removal::vertices(&done.base).count() == 40);
+        // Rounding to 14 bits of 4 units.
+        assert!(error.max < 3e-4, "{error:?}");
+    }
+
+    /// Locked vertices are no part of what a base is made of.
+    #[test]
+    fn however_many_are_locked_others_stay() {
+        let mesh = shapes::torus(24, 36);
+        let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
+        let (min, max) = crate::mesh::lattice::bounds(mesh.positions.iter().copied()).unwrap();
+        let locked: BitVec = (0..mesh.positions.len()).map(|v| v % 4 == 0).collect();
+        let held = locked.count_ones();
+        assert!(held > 200);
+        let done = simplify(
+            table,
+            &mesh.positions,
+            locked,
+            &Lattice::over(min, max, 14),
+            &Options::default(),
+            &mut |_, _| true,
+        );
+        assert_eq!(removal::vertices(&done.unwrap().base).count(), held + 150);
     }
 
     #[test]

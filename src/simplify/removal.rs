@@ -3,8 +3,8 @@
 use super::Options;
 use super::covering::Covering;
 use super::frame::Places;
+use super::metric::{Energy, Metric};
 use super::polygon::{MAX_SIDES, Shape};
-use super::quadric::Quadric;
 use super::rows::Pattern;
 use super::seconds::Stopwatch;
 use super::shadow::Shadow;
@@ -14,7 +14,6 @@ use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
-use glam::{DVec3, Vec3};
 use std::cmp::Ordering::Equal;
 
 /// How a vertex would be removed.
@@ -45,48 +44,56 @@ pub struct Remover<'a> {
     pub watch: Stopwatch,
     /// In a level by parity, its pattern.
     pub pattern: Option<Pattern>,
-    locked: BitVec,
-    /// Vertices on the link of a vertex removed in this level.
-    blocked: BitVec,
-    quadrics: Vec<Quadric>,
-    /// E(v) as last computed; NaN where the star has changed since.
-    costs: Vec<f32>,
-    /// The triangulations that the costs are of.
-    shapes: Vec<Shape>,
+    metric: Metric,
+    energies: Energies,
+    barred: Barred,
     /// Lists that are empty between removals, with their memory.
     room: (Vec<Triangle>, Vec<Vertex>),
-    mean_edge: f64,
-    /// Area of the input.
-    area: f64,
-    alpha: f64,
-    beta: f64,
+}
+
+/// What is known of the cost of each vertex.
+#[derive(Debug)]
+struct Energies {
+    /// E(v) as last computed; NaN where the star has changed since.
+    costs: Vec<f32>,
+    /// The part of it that is the distortion.
+    distortions: Vec<f32>,
+    /// The triangulations that the costs are of.
+    shapes: Vec<Shape>,
+}
+
+/// The vertices that must stay.
+#[derive(Debug)]
+struct Barred {
+    /// At all levels.
+    locked: BitVec,
+    /// In this level: those on the link of a vertex removed.
+    blocked: BitVec,
 }
 
 impl<'a> Remover<'a> {
-    /// Assigns quadrics and the scale that both costs are measured in.
+    /// A mesh with all its vertices.
     pub fn new(table: CornerTable, places: Places<'a>, locked: BitVec, options: &Options) -> Self {
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
-        let (quadrics, mean_edge, area) = watch.assign(|| assign_quadrics(&table, &places));
+        let metric = watch.assign(|| Metric::new(&table, &places, options));
         Self {
             vertices,
             covering: Covering::new(&table, &places),
             history: History::with_capacity(vertices),
             pattern: None,
-            blocked: BitVec::repeat(false, count),
-            costs: vec![f32::NAN; count],
-            shapes: vec![Shape::NONE; count],
+            energies: Energies {
+                costs: vec![f32::NAN; count],
+                distortions: vec![f32::NAN; count],
+                shapes: vec![Shape::NONE; count],
+            },
+            barred: Barred { locked, blocked: BitVec::repeat(false, count) },
             room: Default::default(),
-            alpha: options.alpha,
-            beta: options.beta,
             table,
             places,
             watch,
-            locked,
-            quadrics,
-            mean_edge,
-            area,
+            metric,
         }
     }
 
@@ -94,23 +101,28 @@ impl<'a> Remover<'a> {
     pub fn begin_level(&mut self, pattern: Option<Pattern>) {
         // The pattern is part of what a removal costs.
         if pattern.is_some() || self.pattern.is_some() {
-            self.costs.fill(f32::NAN);
+            self.energies.costs.fill(f32::NAN);
         }
         self.pattern = pattern;
-        self.blocked.fill(false);
+        self.barred.blocked.fill(false);
     }
 
-    /// The vertices neither locked nor where the level follows a pattern, and some of them with a finite E(v), picked at random: one in `every`.
+    /// The vertices neither locked nor where the level follows a pattern, and some finite E(v): those of one in `every`, picked at random.
     pub fn candidates(&mut self, every: u32) -> (Vec<Vertex>, Vec<f32>) {
         let start = std::time::Instant::now();
-        let (mut free, mut sample) = (Vec::with_capacity(self.vertices), Vec::new());
-        for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
-            if self.table.corner_of(v).is_none() || self.locked[v.index()] || self.follows(v) {
-                continue;
+        let free: Vec<_> = self.free().filter(|&v| !self.follows(v)).collect();
+        let picked: Vec<_> = free.iter().copied().filter(|&v| is_picked(v, every)).collect();
+        if !self.metric.is_set() {
+            // Nothing is known of the surface yet: a few tell what is flat.
+            let few = picked.len().div_ceil(PROBES).max(1);
+            let distortions = self.distortions(picked.iter().copied().step_by(few));
+            if self.metric.begin_level(distortions) {
+                self.energies.costs.fill(f32::NAN);
             }
-            free.push(v);
-            self.sample(v, every, &mut sample);
         }
+        let distortions = self.distortions(picked.iter().copied());
+        self.metric.begin_level(distortions);
+        let sample = self.known_costs(&picked);
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         (free, sample)
     }
@@ -122,32 +134,27 @@ impl<'a> Remover<'a> {
             return Default::default();
         };
         let start = std::time::Instant::now();
-        let (mut left, mut of_class, mut sample) = (Vec::new(), Vec::new(), Vec::new());
-        for v in (0..self.table.vertex_slots() as u32).map(Vertex) {
-            if self.table.corner_of(v).is_none() || self.locked[v.index()] || !self.follows(v) {
-                continue;
-            }
-            let of = self.pattern.as_ref().map_or(class, |pattern| pattern.class_of(v));
-            if of < class {
-                left.push(v);
-            } else if of == class {
-                of_class.push(v);
-                self.sample(v, every, &mut sample);
-            }
+        let of = |v: &Vertex| self.pattern.as_ref().map_or(class, |pattern| pattern.class_of(*v));
+        let followed: Vec<_> = self.free().filter(|&v| self.follows(v) && of(&v) <= class).collect();
+        let (mut left, mut of_class): (Vec<_>, Vec<_>) = followed.into_iter().partition(|v| of(v) < class);
+        let picked: Vec<_> = of_class.iter().copied().filter(|&v| is_picked(v, every)).collect();
+        for &v in &picked {
+            self.renew_cost(v);
         }
+        let sample = self.known_costs(&picked);
         left.append(&mut of_class);
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         (left, sample)
     }
 
-    /// Adds E(v) to the sample, if it is picked: by a hash, as the order of the vertices may have a pattern.
-    fn sample(&mut self, v: Vertex, every: u32, sample: &mut Vec<f32>) {
-        if every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every) {
-            let cost = self.renew_cost(v);
-            if cost.is_finite() {
-                sample.push(cost);
-            }
-        }
+    /// The vertices not locked.
+    fn free(&self) -> impl Iterator<Item = Vertex> + '_ {
+        vertices(&self.table).filter(|v| !self.barred.locked[v.index()])
+    }
+
+    /// The finite E(v) of some vertices, which are known.
+    fn known_costs(&self, of: &[Vertex]) -> Vec<f32> {
+        of.iter().map(|v| self.energies.costs[v.index()]).filter(|cost| cost.is_finite()).collect()
     }
 
     /// Whether the level follows a pattern at a vertex.
@@ -158,9 +165,21 @@ impl<'a> Remover<'a> {
 
     /// E(v) of a vertex half a step of the lattice off the new surface, in a star of mean size.
     pub fn negligible(&self) -> f64 {
-        // Three times as many corners as triangles share the area.
-        let star = 3.0 * self.area / self.vertices.max(1) as f64;
-        self.alpha * (0.5 * self.places.frame.step()).powi(2) * star / self.mean_edge.powi(4)
+        self.metric.negligible(self.vertices)
+    }
+
+    /// The finite distortions of some vertices.
+    fn distortions(&mut self, vertices: impl Iterator<Item = Vertex>) -> Vec<f32> {
+        let of_vertex = |v: Vertex| {
+            self.renew_cost(v);
+            self.energies.distortions[v.index()]
+        };
+        vertices.map(of_vertex).filter(|distortion| distortion.is_finite()).collect()
+    }
+
+    /// What rounding to the lattice costs anyway.
+    pub fn noise(&self) -> f32 {
+        self.metric.noise()
     }
 
     /// Asks for what the costs of some vertices are computed from: most of them will be asked for, and in no order.
@@ -185,39 +204,42 @@ impl<'a> Remover<'a> {
     /// E(v), computed where it is not known.
     #[inline]
     fn renew_cost(&mut self, v: Vertex) -> f32 {
-        let cost = self.costs[v.index()];
+        let cost = self.energies.costs[v.index()];
         if !cost.is_nan() {
             return cost;
         }
-        let (cost, shape) = self.energy(v);
-        (self.costs[v.index()], self.shapes[v.index()]) = (cost, shape);
-        cost
+        let (energy, shape) = self.energy(v);
+        self.energies.costs[v.index()] = energy.total;
+        self.energies.distortions[v.index()] = energy.distortion;
+        self.energies.shapes[v.index()] = shape;
+        energy.total
     }
 
     /// E(v) where the vertex may still be removed in this level: as of the level's beginning, for nothing that is free has changed since.
     #[inline]
     pub fn cost(&mut self, v: Vertex) -> Option<f32> {
-        if self.blocked[v.index()] {
+        if self.barred.blocked[v.index()] {
             return None;
         }
-        if self.costs[v.index()].is_nan() {
+        if self.energies.costs[v.index()].is_nan() {
             self.watch.begin_cost();
             self.renew_cost(v);
             self.watch.end_cost();
         }
-        Some(self.costs[v.index()]).filter(|cost| cost.is_finite())
+        Some(self.energies.costs[v.index()]).filter(|cost| cost.is_finite())
     }
 
-    /// E(v) = alpha C(v) + beta S(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
+    /// E(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
     /// made exist is not asked.
-    fn energy(&self, v: Vertex) -> (f32, Shape) {
-        let Some(star) = self.star(v) else { return (f32::INFINITY, Shape::NONE) };
+    fn energy(&self, v: Vertex) -> (Energy, Shape) {
+        let Some(star) = self.star(v) else { return (Energy::NEVER, Shape::NONE) };
         if star.ring().len() == 2 {
             let foot = star.foot([[0, 0, 1]].into_iter());
-            return ((self.alpha * self.distortion(v, &star, foot)) as f32, Shape::NONE);
+            return (self.metric.energy(v, &star, foot, 0.0, 0.0), Shape::NONE);
         }
-        let solved = star.solve(|i, j| self.price(v, &star, i, j));
-        let Some(best) = solved.shape.triangulation() else { return (f32::INFINITY, Shape::NONE) };
+        let price = self.metric.shape_price(&star);
+        let solved = star.solve(price, |i, j| self.price(v, &star, price, i, j));
+        let Some(best) = solved.shape.triangulation() else { return (Energy::NEVER, Shape::NONE) };
         // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles.
         let sides = star.ring().len();
         let foot = if star.boundary {
@@ -225,18 +247,10 @@ impl<'a> Remover<'a> {
         } else {
             star.foot(best.triangles.iter())
         };
-        let distortion = self.distortion(v, &star, foot);
+        let distortion = star.distortion(best.triangles.iter());
         // Where a pattern is followed, it settles the shape.
-        let shape = if self.follows(v) { 0.0 } else { self.beta * f64::from(solved.cost) };
-        ((self.alpha * distortion + shape) as f32, solved.shape)
-    }
-
-    /// C(v) over the fourth power of the mean edge length: the quadric at the point of the new star nearest to v, but no less than
-    /// this vertex alone makes, squared distance times area.
-    fn distortion(&self, v: Vertex, star: &Star, foot: Vec3) -> f64 {
-        let area = f64::from(star.area) * star.mean_edge.powi(2);
-        let foot = star.outside(foot);
-        self.quadrics[v.index()].at(foot).max(foot.length_squared() * area) / self.mean_edge.powi(4)
+        let shape = if self.follows(v) { 0.0 } else { (solved.cost - distortion).max(0.0) };
+        (self.metric.energy(v, &star, foot, distortion, shape), solved.shape)
     }
 
     #[inline]
@@ -263,14 +277,17 @@ impl<'a> Remover<'a> {
         Star::new(link, boundary, self.places.at(v), |w| self.places.at(w))
     }
 
-    /// What an edge in place of `v` costs, in mean edges: its middle is to be near the vertex, from where its position is predicted.
+    /// What an edge in place of `v` costs, in distortions of the star, of which a mean edge is worth `price`: its middle is to be near the
+    /// vertex, from where its position is predicted.
     #[inline]
-    fn price(&self, v: Vertex, star: &Star, i: usize, j: usize) -> f32 {
+    fn price(&self, v: Vertex, star: &Star, price: f32, i: usize, j: usize) -> f32 {
         let middle = 0.5 * (star.point(i) + star.point(j)).length();
-        MIDDLE * middle + self.bias(v, star, i, j)
+        // A pattern that is followed comes before all else, distortions included.
+        let dear = if self.follows(v) { price.max(1.0) } else { price };
+        price * MIDDLE * middle + dear * self.bias(v, star, i, j)
     }
 
-    /// What the pattern adds to that.
+    /// What the pattern adds to the cost of an edge, in mean edges.
     #[inline]
     fn bias(&self, v: Vertex, star: &Star, i: usize, j: usize) -> f32 {
         let way = || star.point(j) - star.point(i);
@@ -287,13 +304,14 @@ impl<'a> Remover<'a> {
             // An ear: (v, a, b) goes, unless its inner edge is a boundary edge.
             let inner = table.opposite(table.corner_of(v));
             let (site, flips) = (Site::Attach(ring[1], ring[0]), Vec::new());
-            return inner.is_some().then(|| Removal { site, flips, heir: self.heir(v, &star), star });
+            return inner.is_some().then(|| Removal { site, flips, heir: self.metric.heir(v, &star), star });
         }
         if !star.boundary && sides == 3 && has_triangle(table, [ring[0], ring[1], ring[2]]) {
             return None;
         }
+        let price = self.metric.shape_price(&star);
         let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
-        let mut shape = self.shapes[v.index()];
+        let mut shape = self.energies.shapes[v.index()];
         let best = loop {
             let best = shape.triangulation()?;
             let closing = star.boundary.then_some((0, sides - 1));
@@ -307,9 +325,9 @@ impl<'a> Remover<'a> {
                 break best;
             }
             let edge = |i: usize, j: usize| {
-                if exists[i][j] { f32::INFINITY } else { self.price(v, &star, i, j) }
+                if exists[i][j] { f32::INFINITY } else { self.price(v, &star, price, i, j) }
             };
-            shape = star.solve(edge).shape;
+            shape = star.solve(price, edge).shape;
         };
         // The edge to be split: the one the pattern keeps, then the one whose midpoint is nearest.
         let distance = |&(i, j): &(usize, usize)| {
@@ -328,17 +346,7 @@ impl<'a> Remover<'a> {
             Some(diagonal) => best.operation(ring, diagonal),
             None => (Site::Face(ring[0], ring[1], ring[2]), Vec::new()),
         };
-        Some(Removal { site, flips, heir: self.heir(v, &star), star })
-    }
-
-    /// The link vertex where the quadrics of both add up to least.
-    fn heir(&self, v: Vertex, star: &Star) -> Vertex {
-        let quadric = self.quadrics[v.index()];
-        let value = |i: usize, w: Vertex| {
-            quadric.at(star.outside(star.point(i))) + self.quadrics[w.index()].at(DVec3::ZERO)
-        };
-        let values = star.ring().iter().enumerate().map(|(i, &w)| (value(i, w), w));
-        values.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(v, |x| x.1)
+        Some(Removal { site, flips, heir: self.metric.heir(v, &star), star })
     }
 
     /// Removes `v`, blocks its link, hands its quadric on. Returns whether that was possible; if not, `v` is free no more.
@@ -347,7 +355,7 @@ impl<'a> Remover<'a> {
         let plan = self.plan(v);
         self.watch.planned();
         let Some(plan) = plan else {
-            self.costs[v.index()] = f32::INFINITY;
+            self.energies.costs[v.index()] = f32::INFINITY;
             return false;
         };
         let (mut star, mut covered) = std::mem::take(&mut self.room);
@@ -362,18 +370,17 @@ impl<'a> Remover<'a> {
         };
         if operation.undo_where(&mut self.table, &plan.flips, may_join).is_err() {
             debug_assert!(false, "a plan holds until the mesh changes");
-            self.costs[v.index()] = f32::INFINITY;
+            self.energies.costs[v.index()] = f32::INFINITY;
             return false;
         }
         self.history.push(v, plan.site, plan.flips.iter().copied());
         self.vertices -= 1;
         for &w in plan.star.ring() {
-            self.blocked.set(w.index(), true);
-            self.costs[w.index()] = f32::NAN;
+            self.barred.blocked.set(w.index(), true);
+            self.energies.costs[w.index()] = f32::NAN;
         }
         let between = self.places.at(plan.heir) - self.places.at(v);
-        let quadric = self.quadrics[v.index()].seen_from(between);
-        self.quadrics[plan.heir.index()] += quadric;
+        self.metric.hand_on(v, plan.heir, between);
         self.watch.removed();
         covered.push(v);
         let mut known = [0.0; MAX_SIDES];
@@ -404,39 +411,16 @@ pub fn vertices(table: &CornerTable) -> impl Iterator<Item = Vertex> + '_ {
     (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some())
 }
 
-/// The quadrics of all vertices, the mean length of an edge, and the area.
-fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64, f64) {
-    let mut quadrics = vec![Quadric::default(); places.positions.len()];
-    let (mut length, mut edges, mut area) = (0.0, 0usize, 0.0);
-    for t in table.triangles() {
-        let corners = t.corners().map(|c| places.at(table.vertex(c)));
-        let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
-        let unit = normal.normalize_or_zero();
-        area += normal.length() * 0.5;
-        for (k, c) in t.corners().into_iter().enumerate() {
-            let v = table.vertex(c);
-            quadrics[v.index()] += Quadric::of_plane(unit, DVec3::ZERO, normal.length() * 0.5);
-            let (x, y) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
-            length += x.distance(y);
-            edges += 1;
-            if table.opposite(c).is_none() {
-                // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6).
-                let wall = Quadric::of_plane(
-                    (y - x).cross(normal).normalize_or_zero(),
-                    DVec3::ZERO,
-                    x.distance_squared(y),
-                );
-                let (v, w) = table.edge(c);
-                quadrics[v.index()] += wall;
-                quadrics[w.index()] += wall;
-            }
-        }
-    }
-    (quadrics, if edges > 0 && length > 0.0 { length / edges as f64 } else { 1.0 }, area)
+/// Whether a vertex is one of those that tell of all, one in `every`: by a hash, as the order of the vertices may have a pattern.
+fn is_picked(v: Vertex, every: u32) -> bool {
+    every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every)
 }
 
 /// What an edge costs for the distance of its middle from the vertex removed.
 const MIDDLE: f32 = 1.5;
+
+/// Vertices that tell what is flat, before anything is known.
+const PROBES: usize = 512;
 
 /// Triangles looked at round each of two vertices before an edge between them is presumed: where both have more, as two apexes
 /// over one long rim, every removal on the rim would look at all of them.

@@ -85,13 +85,15 @@ impl Star {
         &self.normals[..self.sides - usize::from(self.boundary)]
     }
 
-    /// The best triangulation; `edge(i, j)` is what making an edge costs, infinite where it must not be made. All costs are in mean
-    /// edges.
+    /// The best triangulation: the least sum of what its triangles distort and of what shape costs, `price` a mean edge; `edge(i, j)` is
+    /// what making an edge costs, infinite where it must not be made. All costs are in the fourth power of the mean edge length.
     ///
-    /// A triangle costs its circumradius, 8 times the vertex's distance from its plane, and 4 times 1 - cosine of the angle
-    /// to the nearest of the normals of the old star there: so it is round, near, and does not cut off a crease.
+    /// A triangle distorts by its area times the squared distance of the vertex from its plane, as a quadric tells it, and by its squared
+    /// area times 1 - cosine of the angle to the nearest of the normals of the old star there: so it does not cut off a crease, nor turn
+    /// over. The shape of a triangle is its circumradius: so it is round where nothing else is at
+    /// stake. Beyond some mean edges that of a sliver tells no more than that it is one, and weighs no more.
     #[inline]
-    pub fn solve(&self, edge: impl Fn(usize, usize) -> f32) -> Solved {
+    pub fn solve(&self, price: f32, edge: impl Fn(usize, usize) -> f32) -> Solved {
         let sides = self.sides.min(MAX_SIDES);
         let (mut x, mut y, mut z) = ([0.0; ROW], [0.0; ROW], [0.0; ROW]);
         for (i, p) in self.points[..sides].iter().enumerate() {
@@ -122,11 +124,33 @@ impl Star {
                 .fold(along(normals[closing]), |most, n| most.max(along(*n)))
                 .max(-twice_area);
             let radius = four(&lengths[i], k) * four(&lengths[j], k) * (0.5 * lengths[i][j]);
-            let scaled = radius + along(a).abs() * DISTANCE + (twice_area - nearest) * TURN;
+            let radius = radius.min(twice_area * SLIVER);
+            let off = along(a);
+            let turn = twice_area * twice_area * (twice_area - nearest);
+            let scaled = radius * price + off * off * 0.5 + turn * 0.25;
             let cost = (scaled / twice_area).min(WORST);
             Vec4::select(twice_area.cmpgt(Vec4::ZERO), cost, WORST)
         };
         Solved::new(sides, self.boundary, edge, triangles)
+    }
+
+    /// What some triangles of the polygon distort: the part of [`Star::solve`]'s cost that is not shape.
+    pub fn distortion(&self, triangles: impl Iterator<Item = [usize; 3]>) -> f32 {
+        let normals = &self.normals[..self.sides - usize::from(self.boundary)];
+        let of_triangle = |[i, k, j]: [usize; 3]| {
+            let (a, b, c) = (self.points[i], self.points[k], self.points[j]);
+            let normal = (b - a).cross(c - a);
+            let twice_area = normal.length();
+            if twice_area <= 0.0 {
+                return 0.0;
+            }
+            let closing = if j + 1 == self.sides { normals.len() - 1 } else { i };
+            let nearest =
+                normals[i..j].iter().fold(normal.dot(normals[closing]), |most, n| most.max(normal.dot(*n)));
+            let off = normal.dot(a);
+            0.5 * off * off / twice_area + 0.25 * twice_area * (twice_area - nearest).max(0.0)
+        };
+        triangles.map(of_triangle).sum()
     }
 
     /// The point nearest to the vertex on some triangles of the polygon, or on its only edge.
@@ -174,11 +198,9 @@ fn nearest_to_origin([a, b, c]: [Vec3; 3]) -> Vec3 {
     if sum > 0.0 { a + ab * (over_ca / sum) + ac * (over_ab / sum) } else { a }
 }
 
-/// Weight of the vertex's distance from a triangle's plane.
-const DISTANCE: f32 = 8.0;
-/// Weight of a triangle's turn, in mean edges.
-const TURN: f32 = 4.0;
-/// Most that a triangle costs, in mean edges.
+/// Most of a circumradius that counts, in mean edges.
+const SLIVER: f32 = 4.0;
+/// Most that a triangle costs.
 const WORST: Vec4 = Vec4::splat(1e3);
 
 #[cfg(test)]
@@ -204,9 +226,35 @@ mod tests {
             ],
             false,
         );
-        let best = roof.solve(|_, _| 0.0).shape.triangulation().unwrap();
+        let best = roof.solve(0.01, |_, _| 0.0).shape.triangulation().unwrap();
         assert!(best.diagonals().any(|d| d == (0, 3)), "{best:?}");
         assert!(roof.foot(best.triangles.iter()).length() < 1e-6);
+    }
+
+    /// A vertex on a long edge of a prism, close to others across it: the new edge runs along the prism's where shape is cheap.
+    #[test]
+    fn where_shape_is_cheap_a_long_crease_stays() {
+        let edge = star(
+            &[[3.0, 0.0, 0.0], [0.3, 0.5, -0.1], [-0.3, 0.5, -0.1], [-3.0, 0.0, 0.0], [0.0, -0.5, -0.1]],
+            false,
+        );
+        let diagonal = |price: f32| {
+            let best = edge.solve(price, |_, _| 0.0).shape.triangulation().unwrap();
+            (best.diagonals().any(|d| d == (0, 3)), edge.distortion(best.triangles.iter()))
+        };
+        assert!(!diagonal(1.0).0);
+        assert!(diagonal(1e-4).0 && diagonal(1e-4).1 < 1e-6, "{:?}", diagonal(1e-4));
+    }
+
+    /// A flat star with a deep bay: no triangle of the best triangulation covers the bay, however thin the others are.
+    #[test]
+    fn nothing_turns_over_in_a_plane() {
+        let bay = [[2.0, -0.1, 0.0], [2.0, 2.0, 0.0], [0.05, 0.06, 0.0], [-2.0, 2.0, 0.0], [-2.0, -0.1, 0.0]];
+        let best = star(&bay, false).solve(0.01, |_, _| 0.0).shape.triangulation().unwrap();
+        for [i, k, j] in best.triangles.iter() {
+            let [a, b, c] = [i, k, j].map(|i| DVec3::from_array(bay[i]));
+            assert!((b - a).cross(c - a).z > 0.0, "{i} {k} {j}");
+        }
     }
 
     #[test]

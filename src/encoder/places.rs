@@ -59,9 +59,11 @@ impl Places {
                 bits: lattice.bits,
                 shifts: vec![0; simplified.history.level_count() + 1],
             };
-            // A mesh of few vertices may be lifted beyond the margin: then less of it is.
             match places.coarsen(&finest, simplified, &splits, &traces, schedule) {
+                // On thin walls and steps what is above an edge is not what the surface does beside it: then levels stay as they are.
+                Some(changes) if lifting > 0 && leads_away(&changes) => lifting = 0,
                 Some(changes) => break (places, changes),
+                // A mesh of few vertices may be lifted beyond the margin: then less of it is.
                 None => lifting /= 2,
             }
         };
@@ -166,6 +168,15 @@ impl Places {
             if total > 0.0 { ((after + rounding) / (before + rounding), mean / total) } else { (1.0, 0.0) };
         Change { max: (max - traces.most).max(0.0), squares, mean }
     }
+}
+
+/// Whether levels are farther from the input than they would be without lifting, in the geometric mean over the levels.
+fn leads_away(changes: &[Change]) -> bool {
+    // A product of the squares, which spares logarithms: each is kept from being zero or infinite, and so is it on the way.
+    let product = changes.iter().fold(1.0f64, |product, change| {
+        (product * change.squares.clamp(1e-3, 1e3)).clamp(1e-200, 1e200)
+    });
+    product > 1.0
 }
 
 /// A split of an interior edge that moves its ends.

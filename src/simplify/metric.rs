@@ -78,6 +78,11 @@ impl Metric {
         self.is_set
     }
 
+    /// Whether shape counts for something: the surface is bent more or less alike.
+    pub fn is_bent_alike(&self) -> bool {
+        self.share >= ALIKE_ENOUGH
+    }
+
     /// Begins a level of which some distortions are known. Returns whether shape counts otherwise than before.
     ///
     /// Where all of a surface is bent alike, it hardly matters to the level what goes first, and round triangles pay. Where the cheapest
@@ -176,6 +181,8 @@ const OUTLINE: f64 = 10.0;
 /// How many times the lower quartile of the distortions may be below their typical value, the square of the mean root, for shape to count
 /// in full. Where distances spread as a normal distribution does, it is below it 6 times.
 const ALIKE: f64 = 30.0;
+/// Share of its weight from which on shape counts for something. On a part of planes and cylinders it is thousands of times less.
+const ALIKE_ENOUGH: f64 = 0.1;
 /// About what the shape of a regular star of six is, in mean edges.
 const REGULAR: f64 = 6.0;
 /// Bounds of the price of shape, so that binary32 holds what is added up.

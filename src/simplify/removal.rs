@@ -112,14 +112,7 @@ impl<'a> Remover<'a> {
         let start = std::time::Instant::now();
         let free: Vec<_> = self.free().filter(|&v| !self.follows(v)).collect();
         let picked: Vec<_> = free.iter().copied().filter(|&v| is_picked(v, every)).collect();
-        if !self.metric.is_set() {
-            // Nothing is known of the surface yet: a few tell what is flat.
-            let few = picked.len().div_ceil(PROBES).max(1);
-            let distortions = self.distortions(picked.iter().copied().step_by(few));
-            if self.metric.begin_level(distortions) {
-                self.energies.costs.fill(f32::NAN);
-            }
-        }
+        self.probe();
         let distortions = self.distortions(picked.iter().copied());
         self.metric.begin_level(distortions);
         let sample = self.known_costs(&picked);
@@ -145,6 +138,25 @@ impl<'a> Remover<'a> {
         left.append(&mut of_class);
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         (left, sample)
+    }
+
+    /// Whether the surface is bent more or less alike, so that the shape of triangles counts.
+    pub fn is_bent_alike(&mut self) -> bool {
+        self.probe();
+        self.metric.is_bent_alike()
+    }
+
+    /// Before anything is known of the surface, a few vertices tell what is flat.
+    fn probe(&mut self) {
+        if self.metric.is_set() {
+            return;
+        }
+        let free: Vec<_> = self.free().collect();
+        let few = free.len().div_ceil(PROBES).max(1);
+        let distortions = self.distortions(free.into_iter().step_by(few));
+        if self.metric.begin_level(distortions) {
+            self.energies.costs.fill(f32::NAN);
+        }
     }
 
     /// The vertices not locked.

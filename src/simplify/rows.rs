@@ -118,7 +118,9 @@ impl Rows {
             remover.watch.seconds.classes += seconds;
             self.rounds += 1;
             let follows = pattern.is_exact() && self.rounds <= ROUNDS;
-            if !(follows || (self.prefers && pattern.classes.fit >= FIT)) {
+            // Rows are worth a preference where they are one choice among many: on a part of planes and cylinders what goes is what is flat.
+            let prefers = self.prefers && pattern.classes.fit >= FIT;
+            if !(follows || (prefers && remover.is_bent_alike())) {
                 self.over = true;
                 return None;
             }

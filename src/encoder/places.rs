@@ -173,9 +173,9 @@ impl Places {
 /// Whether levels are farther from the input than they would be without lifting, in the geometric mean over the levels.
 fn leads_away(changes: &[Change]) -> bool {
     // A product of the squares, which spares logarithms: each is kept from being zero or infinite, and so is it on the way.
-    let product = changes.iter().fold(1.0f64, |product, change| {
-        (product * change.squares.clamp(1e-3, 1e3)).clamp(1e-200, 1e200)
-    });
+    let product = changes
+        .iter()
+        .fold(1.0f64, |product, change| (product * change.squares.clamp(1e-3, 1e3)).clamp(1e-200, 1e200));
     product > 1.0
 }
 

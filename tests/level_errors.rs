@@ -134,8 +134,9 @@ fn the_largest_error_holds_both_ways_on_synthetic_meshes() {
                 "{name}, level {number}: {ratio:.3} times the error told, {:?}",
                 level.ways
             );
-            // A bound that is far off would be of no use. Where all is rough, a vertex may be led to a triangle that is not the nearest.
-            let least = if name == "noisy plate" { 0.1 } else { 0.3 };
+            // A bound that is far off would be of no use. Where all is rough, a vertex may be led to a triangle that is not the nearest; and a
+            // vertex that lifts have moved counts with all its way, though most of it has brought it nearer.
+            let least = if name == "noisy plate" { 0.1 } else { 0.2 };
             assert!(ratio >= least, "{name}, level {number}: only {ratio:.3} of the error told");
         }
     }
@@ -172,12 +173,14 @@ fn the_mean_error_is_near_the_larger_of_both_ways() {
 #[test]
 fn the_largest_error_falls_with_the_mean_error() {
     for (name, mesh) in [("wavy plate", wavy_plate()), ("toothed plate", toothed_plate())] {
-        let told = levels(&mesh, options(12), 0, |_| false);
-        let errors: Vec<_> = told.iter().map(|level| (level.max, level.rms)).collect();
-        assert!(told.windows(2).all(|pair| pair[1].max <= 1.1 * pair[0].max), "{name}: {errors:?}");
+        // Measured, since what is told may be a looser bound at one level than at the next.
+        let told = levels(&mesh, options(12), 20_000, |_| false);
+        let max = |level: &Measured| SurfaceDistance::symmetric(level.ways).max;
+        let errors: Vec<_> = told.iter().map(|level| (max(level), level.max, level.rms)).collect();
+        assert!(told.windows(2).all(|pair| max(&pair[1]) <= 1.1 * max(&pair[0])), "{name}: {errors:?}");
         // Where a fifth of the levels is left, so is a small part of the error.
         let late = &told[told.len() * 4 / 5];
-        assert!(late.max < 0.2 * told[0].max, "{name}: {errors:?}");
+        assert!(max(late) < 0.2 * max(&told[0]), "{name}: {errors:?}");
         for level in &told {
             assert!(level.max < 60.0 * level.rms, "{name}, level {}: {errors:?}", level.level);
         }

@@ -35,6 +35,8 @@ pub struct Flip {
     pub angle: usize,
     pub flips: usize,
     pub closed: usize,
+    /// 1 where p is an end of the edge that was split, 2 where q is.
+    pub end: usize,
     /// Of p, q and r.
     pub valences: [i64; 3],
     pub reach: usize,
@@ -97,7 +99,7 @@ pub fn flip([v, r, p, q]: [Cell; 4]) -> Flip {
     let angle = floor(t * 16.0 + 16.0).clamp(0, 31) as usize;
     let cosine = dot(ours, theirs) * over;
     let bend = ((exponent(1.0 - cosine).clamp(-8, 1) + 8) / 2) as usize;
-    Flip { bend, angle, flips: 0, closed: 0, valences: [0; 3], reach: 0, sum, cosine }
+    Flip { bend, angle, flips: 0, closed: 0, end: 0, valences: [0; 3], reach: 0, sum, cosine }
 }
 
 #[test]

@@ -1,5 +1,7 @@
 //! Chapters 5.5.2 and 5.5.3: the models of splits and flips, and what is known beforehand.
 
+use std::array;
+
 use super::container::Result;
 use super::contexts::{Flip, Split};
 use super::entropy::{Code, Model};
@@ -60,7 +62,7 @@ impl Splits {
 
 /// The models of flips, and the weights of those that are mixed.
 pub struct Flips {
-    shape: [[[Model; 16]; 5]; 12],
+    shape: [[[[Model; 8]; 4]; 3]; 8],
     rich: Option<RichFlips>,
 }
 
@@ -73,15 +75,13 @@ struct RichFlips {
 
 impl Flips {
     pub fn fresh(rich: bool) -> Self {
-        let excess = [24, 34, 34, 31, 24, 17, 10, 1, -9, -11, -11, 0];
-        let bend = [3, 9, 14, 20, 3];
-        let angle = [-54, -51, -40, -34, -26, -18, -12, -9, -1, 10, 17, 26, 36, 47, 50, 50];
+        let excess = [36, 42, 39, 32, 25, 18, 9, -2];
+        let angle = [-52, -37, -22, -10, 4, 21, 41, 50];
         let rich = rich.then(|| {
             let ends = [6, 12, 46, 47, 40, 30, 21, 12, 2, -3, -6, -1];
             let far = [-25, -14, -6, 11, 17, 21, 18, 12];
             let flips = [-5, 10, 35, 18];
-            let closed = [5, 6, 3];
-            let bend = [7, 15, 20, 27, 9];
+            let bend = [12, 20, 25, 32, 14];
             let fine = [
                 -66, -56, -60, -55, -49, -44, -40, -40, -33, -28, -23, -20, -17, -15, -13, -12, -6, 3, 6, 11,
                 15, 19, 24, 32, 39, 43, 52, 58, 57, 62, 58, 59,
@@ -90,25 +90,28 @@ impl Flips {
             let reach = [19, 16, 11, 8, 6, -2, -5, -7, -3, 0, 5, 14];
             let angle = [-59, -59, -49, -41, -30, -19, -9, -6, 6, 18, 27, 36, 45, 50, 48, 47];
             RichFlips {
-                shape: closed.map(|x| bend.map(|y| fine.map(|z| known(x + y + z)))),
+                shape: array::from_fn(|_| bend.map(|x| fine.map(|y| known(x + y)))),
                 reach: both.map(|of_flips| of_flips.map(|x| reach.map(|y| angle.map(|z| known(x + y + z))))),
                 valences: ends.map(|x| far.map(|y| flips.map(|z| known(x + y + z)))),
                 weights: [[[23552, 26624, 46080]; 3]; 4],
             }
         });
-        Self { shape: excess.map(|x| bend.map(|y| angle.map(|z| known(x + y + z)))), rich }
+        Self {
+            shape: excess.map(|x| array::from_fn(|_| array::from_fn(|_| angle.map(|y| known(x + y))))),
+            rich,
+        }
     }
 
     pub fn read(&mut self, code: &mut Code, at: Flip) -> Result<bool> {
         let [p, q, r] = at.valences;
         let Some(rich) = &mut self.rich else {
-            let excess = (p + q - r - at.flips as i64 - 1).clamp(0, 11) as usize;
-            return code.read(&mut self.shape[excess][at.bend][at.angle / 2]);
+            let excess = (p + q - r - at.flips as i64 - 2).clamp(0, 7) as usize;
+            return code.read(&mut self.shape[excess][at.end][at.flips.min(3)][at.angle / 4]);
         };
         let (ends, far) = ((p + q - 6).clamp(0, 11) as usize, (r - 3).clamp(0, 7) as usize);
         let flips = at.flips.min(3);
         let valences = &mut rich.valences[ends][far][flips];
-        let shape = &mut rich.shape[at.closed][at.bend][at.angle];
+        let shape = &mut rich.shape[at.end][at.bend][at.angle];
         let reach = &mut rich.reach[flips][at.closed][at.reach][at.angle / 2];
         mix::read(code, &mut rich.weights[flips][at.closed], [shape, reach, valences])
     }

@@ -55,10 +55,10 @@ impl Pass {
             }
             Step::Flip(edge, r, c, yes) => {
                 let [p, q, at_r] = c.valences;
-                let excess = p + q - at_r - c.flips as i64 - 1;
-                let models = format!("[{excess}][{}][{}]", c.bend, c.angle / 2);
+                let excess = p + q - at_r - c.flips as i64 - 2;
+                let models = format!("[{excess}][{}][{}][{}]", c.end, c.flips, c.angle / 4);
                 let beyond = format!("flip {}, r = {}?", arrow(edge), letter(r));
-                Some(format!("{beyond} {models} {} {} {}", u8::from(yes), c.sum, c.cosine))
+                Some(format!("{beyond} {models} {} {}", u8::from(yes), c.sum))
             }
             Step::Face(t, yes) => {
                 Some(format!("face {}? {}", t.map(letter).iter().collect::<String>(), u8::from(yes)))
@@ -159,7 +159,7 @@ fn the_square_from_a_coarser_lattice() {
 #[test]
 fn the_octahedron() {
     let base = [0, 0x5B, 0xFA, 0xAE, 0x2D, 0x66, 0x71, 0xE6, 0xED, 0x55, 0x67, 0xFC, 0x93, 0xC6, 0x2C];
-    let code = [0x76, 0xEC, 0xA3, 0xF9, 0xDD, 0x78, 0x96];
+    let code = [0x76, 0xEC, 0x7E, 0x7D, 0x6F, 0x62];
     let pass = Pass::of(&base, [6, 8], atom(REFINEMENT, 0, 3, 6, &code));
     let points = [
         ('A', [20, 10, 9]),
@@ -176,18 +176,18 @@ fn the_octahedron() {
         pass.questions(&points),
         [
             "split A→B? [0][0][10, 30] 1 1.1312102",
-            "flip B→E, r = C? [4][3][11] 1 0.87817794 0.70417464",
-            "flip E→A, r = D? [2][2][11] 0 0.74577713 0.8267751",
-            "flip A→F, r = D? [3][3][12] 0 1.1938424 0.6627084",
-            "flip C→E, r = D? [3][4][13] 0 2.2336366 -0.027086161",
+            "flip B→E, r = C? [3][1][0][5] 1 0.87817794",
+            "flip E→A, r = D? [1][2][1][5] 0 0.74577713",
+            "flip A→F, r = D? [2][1][1][6] 0 1.1938424",
+            "flip C→E, r = D? [2][0][1][6] 0 2.2336366",
             "split E→D? [0][2][9, 29] 0 0.94448346",
             "split D→A? [0][2][9, 29] 0 0.9758713",
             "split D→F? [0][1][9, 29] 0 0.9315455",
             "split F→C? [0][2][10, 29] 0 1.0090592",
             "split C→D? [0][1][10, 30] 1 1.1903485",
-            "flip D→E, r = A? [4][1][12] 0 1.2692795 0.9682525",
-            "flip C→F, r = B? [7][3][13] 0 2.1634614 0.10644485",
-            "flip F→D, r = A? [5][3][13] 0 2.1103792 0.12366617",
+            "flip D→E, r = A? [3][1][0][6] 0 1.2692795",
+            "flip C→F, r = B? [6][1][0][6] 0 2.1634614",
+            "flip F→D, r = A? [4][2][0][6] 0 2.1103792",
             "face DAE? 1",
         ]
     );

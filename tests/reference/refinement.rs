@@ -189,10 +189,12 @@ impl<'a> Pass<'a> {
             if [p, q, r].iter().any(|&w| w >= self.old && w != v) || r == v || ring.contains(&r) {
                 continue;
             }
+            let ends = [destroyed[0].0, destroyed[0].1];
             let context = contexts::Flip {
                 flips: destroyed.len() - 1,
                 reach: contexts::reach([v, r, p, q].map(|w| self.cell(w))),
                 closed: [(p, r), (r, q)].iter().filter(|&&(s, e)| self.is_closed((e, s))).count(),
+                end: if ends.contains(&p) { 1 } else { 2 * usize::from(ends.contains(&q)) },
                 valences: [p, q, r].map(|w| Extent::of(self.mesh, w, |w| self.cell(w)).edges),
                 ..contexts::flip([v, r, p, q].map(|w| self.cell(w)))
             };

@@ -62,23 +62,27 @@ const SPLIT_ENDS: [i32; 10] = [38, 22, 23, 23, 20, 11, 4, 1, 3, 21];
 const SPLIT_FAR: [i32; 10] = [-3, 5, 6, 6, 6, 8, 11, 13, 13, 4];
 const HALF_CLASS: [i32; 10] = [11, 22, 21, 20, 14, 7, -7, -15, -10, -3];
 
-/// By how many more edges p and q have than v and r, bend and half the class of the angle.
-pub const fn shape() -> [[[Bit; ANGLES / 2]; 8]; 16] {
-    let mut models = [[[Bit::NEW; ANGLES / 2]; 8]; 16];
+/// By how many more edges p and q have than v and r, and the angle; where in the star the edge is makes no difference beforehand.
+pub const fn shape() -> [[[[Bit; ANGLES / 4]; 4]; 4]; 8] {
+    let mut models = [[[[Bit::NEW; ANGLES / 4]; 4]; 4]; 8];
     let mut place = 0;
-    while place < EXCESSES as usize * BENDS * 16 {
-        let (excess, bend, angle) = (place / (BENDS * 16), place / 16 % BENDS, place % 16);
-        models[excess][bend][angle] = known(EXCESS[excess] + BEND[bend] + ANGLE[angle]);
+    while place < EXCESSES as usize * 8 {
+        let (excess, angle) = (place / 8, place % 8);
+        let fresh = known(EXCESS[excess] + ANGLE[angle]);
+        let mut at = 0;
+        while at < 3 * 4 {
+            models[excess][at / 4][at % 4][angle] = fresh;
+            at += 1;
+        }
         place += 1;
     }
     models
 }
 
 /// Classes of how many more edges p and q have.
-pub const EXCESSES: i32 = 12;
-const EXCESS: [i32; EXCESSES as usize] = [24, 34, 34, 31, 24, 17, 10, 1, -9, -11, -11, 0];
-const BEND: [i32; BENDS] = [3, 9, 14, 20, 3];
-const ANGLE: [i32; 16] = [-54, -51, -40, -34, -26, -18, -12, -9, -1, 10, 17, 26, 36, 47, 50, 50];
+pub const EXCESSES: i32 = 8;
+const EXCESS: [i32; EXCESSES as usize] = [36, 42, 39, 32, 25, 18, 9, -2];
+const ANGLE: [i32; 8] = [-52, -37, -22, -10, 4, 21, 41, 50];
 
 /// By how many edges p and q have, and r, and flips before.
 pub const fn flip_valences() -> [[[Bit; 4]; 8]; 16] {
@@ -98,20 +102,19 @@ const FLIP_ENDS: [i32; ENDS as usize] = [6, 12, 46, 47, 40, 30, 21, 12, 2, -3, -
 const FLIP_FAR: [i32; 8] = [-25, -14, -6, 11, 17, 21, 18, 12];
 const FLIPS: [i32; 4] = [-5, 10, 35, 18];
 
-/// By edges closed beyond, bend and angle.
+/// By bend and angle, wherever in the star.
 pub const fn rich_shape() -> [[[Bit; ANGLES]; 8]; 4] {
     let mut models = [[[Bit::NEW; ANGLES]; 8]; 4];
     let mut place = 0;
     while place < 3 * BENDS * ANGLES {
-        let (closed, bend, angle) = (place / (BENDS * ANGLES), place / ANGLES % BENDS, place % ANGLES);
-        models[closed][bend][angle] = known(BEYOND[closed] + RICH_BEND[bend] + RICH_ANGLE[angle]);
+        let (end, bend, angle) = (place / (BENDS * ANGLES), place / ANGLES % BENDS, place % ANGLES);
+        models[end][bend][angle] = known(RICH_BEND[bend] + RICH_ANGLE[angle]);
         place += 1;
     }
     models
 }
 
-const BEYOND: [i32; 3] = [5, 6, 3];
-const RICH_BEND: [i32; BENDS] = [7, 15, 20, 27, 9];
+const RICH_BEND: [i32; BENDS] = [12, 20, 25, 32, 14];
 const RICH_ANGLE: [i32; ANGLES] = [
     -66, -56, -60, -55, -49, -44, -40, -40, -33, -28, -23, -20, -17, -15, -13, -12, -6, 3, 6, 11, 15, 19, 24,
     32, 39, 43, 52, 58, 57, 62, 58, 59,

@@ -34,6 +34,8 @@ impl LinkEdge {
 /// What a star under way adds up to.
 #[derive(Debug)]
 struct Star {
+    /// The ends of the edge that was split.
+    ends: [Vertex; 2],
     /// The root edge of its component.
     root: Root,
     /// Whether it has lost that edge.
@@ -99,7 +101,7 @@ impl LevelPass {
             self.star(&[new_left, old_left]);
         }
         let root = under.mesh.roots.of(a);
-        let mut star = Star { root, uproots: root.is(a, b), spokes: Spokes::default() };
+        let mut star = Star { ends: [a, b], root, uproots: root.is(a, b), spokes: Spokes::default() };
         let at_v = self.extents.cell(v);
         let square = length_squared(at_b - at_a);
         let squares = squares_from(at_v, [at_a, at_b, at_left, at_right]);
@@ -175,6 +177,7 @@ impl LevelPass {
                 closed: state,
                 ends: self.extents.at(p).edges + self.extents.at(q).edges,
                 far: self.extents.at(r).edges,
+                end: usize::from(star.ends.contains(&p)) + 2 * usize::from(star.ends.contains(&q)),
             };
             let cells = || [v, p, q, r].map(|w| self.extents.cell(w));
             let known = || under.answers.flip(&under.mesh.table, c);

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::sync::Arc;
 use unweld::codec::residue::ResidueCounts;
-use unweld::container::{Contents, Metadata, VERSION};
+use unweld::container::{Coding, Contents, Metadata, VERSION};
 
 /// A file as its header, table of contents, metadata and residue tell of it.
 pub struct Description {
@@ -66,6 +66,7 @@ impl Description {
             },
             "exact": self.is_exact(),
             "keep_order": self.keeps_order(),
+            "coding": { "lifting": header.coding.lifting, "models": models(header.coding) },
             "levels": self.levels().map(|level| self.level_json(&level)).collect::<Vec<_>>(),
             "keyframes": self.keyframes().map(|(level, bytes)| json!({
                 "level": level, "offset": bytes.start, "bytes": bytes.end - bytes.start,
@@ -178,6 +179,11 @@ impl Description {
         let lattice = &header.lattice;
         let step = of_diagonal(lattice.step, self.diagonal());
         line("lattice", &format!("{} bits a coordinate, step {step}", lattice.bits));
+        let lifting = match header.coding.lifting {
+            0 => "coarse levels are not lifted".to_owned(),
+            n => format!("coarse levels are lifted by {n}/64"),
+        };
+        line("coding", &format!("{lifting}, {} models", models(header.coding)));
         let told = |atoms| count(self.bytes_of(atoms), "byte");
         if self.is_exact() {
             let real = match self.metadata.as_ref().map(|m| m.source_float32) {
@@ -234,6 +240,11 @@ impl Description {
             LevelLine { number, offset: bytes.start, bytes: bytes.end - bytes.start }
         })
     }
+}
+
+/// The set of models of decisions, as the specification calls it (spec §3.2).
+fn models(coding: Coding) -> &'static str {
+    if coding.rich_models { "rich" } else { "plain" }
 }
 
 /// What conditioning found.

@@ -30,6 +30,7 @@ fn the_json_of_info_and_encode() {
     let folder = Folder::with_sphere();
     let info = folder.info("sphere.uwm");
     let expected = [
+        "coding",
         "correction",
         "exact",
         "file_bytes",
@@ -49,6 +50,7 @@ fn the_json_of_info_and_encode() {
     assert_eq!(keys(&info), expected);
     assert_eq!((&info["vertices"], &info["triangles"]), (&642.into(), &1280.into()));
     assert_eq!(info["exact"], false);
+    assert_eq!(info["coding"], serde_json::json!({ "lifting": 13, "models": "plain" }));
     assert_eq!(info["format_version"], 1);
     assert_eq!(info["generator"], concat!("unweld ", env!("CARGO_PKG_VERSION")));
     assert_eq!(info["file_bytes"], folder.bytes("sphere.uwm").len());
@@ -372,6 +374,21 @@ fn info_for_people() {
     assert_eq!(line(base).unwrap().last(), Some(&"base"));
     assert_eq!(line(0).unwrap()[1..3], ["642", "1,280"]);
     assert_eq!(line(0).unwrap().last(), Some(&"key"));
+}
+
+#[test]
+fn info_tells_how_refinements_are_coded() {
+    let folder = Folder::with_sphere();
+    for (settings, lifting, models, words) in [
+        ("--lifting 0", 0, "plain", "coarse levels are not lifted, plain models"),
+        ("--lifting 20 --profile small", 20, "rich", "coarse levels are lifted by 20/64, rich models"),
+    ] {
+        folder.run(&format!("encode sphere.ply -o other.uwm --force {settings}")).succeeded();
+        let coding = &folder.info("other.uwm")["coding"];
+        assert_eq!((&coding["lifting"], &coding["models"]), (&lifting.into(), &models.into()));
+        let run = folder.run("info other.uwm").succeeded();
+        assert!(run.text().contains(&format!("  coding     {words}\n")), "{}", run.text());
+    }
 }
 
 #[test]

@@ -181,6 +181,8 @@ fn they_are_what_the_read_me_says() {
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
     let lifting = |name| File::read(&load(name)).unwrap().lifting;
     assert_eq!(["torus.uwm", "sphere.uwm", "hand.uwm"].map(lifting), [13, 13, 0]);
+    let rich = |name| File::read(&load(name)).unwrap().rich_models;
+    assert_eq!(["torus.uwm", "sphere.uwm", "hand.uwm"].map(rich), [true, false, false]);
 }
 
 #[test]

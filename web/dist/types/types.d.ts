@@ -62,10 +62,10 @@ export interface Delta {
     readonly from: Float32Array;
     /**
      * How far the surface lies at most from the one before, while the vertices appended are still at `from`: 0 where no flip followed a
-     * split and no coordinates became sharper. In the units of the input; 0 without the option `jumps`. What the residue adds is not counted.
+     * split and no vertex moved that was there. In the units of the input; 0 without the option `jumps`. What the residue adds is not counted.
      */
     readonly jump: number;
-    /** By name of the attribute, values of vertices that were there. */
+    /** By name of the attribute, values of vertices that were there: coarse levels' coordinates become sharper, and splits move the ends of edges. */
     readonly changed: Readonly<Record<string, Changed>>;
     /** The first triangle appended. */
     readonly firstTriangle: number;

@@ -18,7 +18,7 @@ use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::{Conditioned, condition};
 use unweld::mesh::{CornerTable, IndexedMesh, Lattice, Vertex, lattice};
 use unweld::refine::{History, OperationError};
-use unweld::simplify::{self, Simplified};
+use unweld::simplify::{self, Regular, Simplified};
 
 /// Simplify a mesh to a number of triangles or within an error; the vertices that stay keep their positions
 #[derive(clap::Args)]
@@ -248,7 +248,9 @@ fn simplified(
     } else {
         conditioned.manifold.locked.clone()
     };
-    let options = args.simplification.options(Profile::Default, Some(least));
+    // No bytes are to be saved here.
+    let regular = Regular::Ignored;
+    let options = simplify::Options { regular, ..args.simplification.options(Profile::Default, Some(least)) };
     let mut tell = |done, total| {
         progress.update("simplify", done, total);
         true

@@ -45,6 +45,19 @@ pub enum Method {
     Ffc,
 }
 
+/// What levels make of a sampling whose vertices stand in rows. To follow rows saves many bytes of a file; a level that errors alone decide is
+/// nearer to the input where it is bent unevenly.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Regular {
+    /// Nothing: errors alone decide.
+    Ignored,
+    /// They follow its rows where it is regular nearly everywhere.
+    Followed,
+    /// So they do, and where it is regular in parts they prefer its rows.
+    #[default]
+    Preferred,
+}
+
 /// Settings of a simplification.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
@@ -64,9 +77,8 @@ pub struct Options {
     /// Vertices are candidates of a level from the cheapest on, until the roots of their costs add up to this share of those of all:
     /// the larger, the fewer levels and the smaller the file; the smaller, the nearer each level to the input. 1 and more for all.
     pub level_budget: f64,
-    /// Whether levels prefer the rows of a sampling that is regular in parts. Where it is regular nearly everywhere, they always follow
-    /// them.
-    pub parity: bool,
+    /// What the rows of a regular sampling mean to levels.
+    pub regular: Regular,
     /// Seed of the random choices.
     pub seed: u64,
 }
@@ -81,7 +93,7 @@ impl Default for Options {
             base_vertices: None,
             level_share: 1.0,
             level_budget: 0.6,
-            parity: true,
+            regular: Regular::Preferred,
             seed: 0,
         }
     }
@@ -93,9 +105,9 @@ impl Options {
         Self { level_budget: 0.8, ..Self::default() }
     }
 
-    /// Settings that lean to good levels: small ones, that take what is flat, wherever it is.
+    /// Settings that lean to good levels: small ones, that take what is flat wherever it is, unless nearly all of the sampling is regular.
     pub fn fine() -> Self {
-        Self { level_budget: 0.3, parity: false, ..Self::default() }
+        Self { level_budget: 0.3, regular: Regular::Followed, ..Self::default() }
     }
 }
 
@@ -148,7 +160,7 @@ pub fn simplify(
         remover.watch.seconds.measure += seconds;
     };
     measure(&mut remover);
-    let mut rows = Rows::new(options.parity);
+    let mut rows = Rows::new(options.regular);
     let mut budget = options.level_budget;
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));

@@ -31,6 +31,14 @@ pub fn farthest_of_triangle(
             let other = descend(input, places, p, start, enough);
             found = if other.0 < found.0 { other } else { found };
         }
+        // What would be the farthest of all is looked for from all sides: from the nearest vertex the way may end before a notch of the
+        // boundary.
+        if found.0 > f64::from(most) {
+            for &v in corners.iter().chain(known.iter().step_by(known.len().div_ceil(SIDES).max(1))) {
+                let other = descend(input, places, p, input.corner_of(v).triangle(), enough);
+                found = if other.0 < found.0 { other } else { found };
+            }
+        }
         last = found.1;
         found.0
     };
@@ -118,6 +126,8 @@ const CLIMBS: u32 = 4;
 const CLOSE: f64 = 0.5;
 /// Vertices near by from which the nearest triangle is looked for, at most: the way there is short from any of them.
 const ASKED: usize = 64;
+/// How many of them are asked where it matters most.
+const SIDES: usize = 8;
 /// Triangles looked at round a corner, each way.
 const FAN: u32 = 32;
 /// Triangles on the way to the nearest.

@@ -3,6 +3,7 @@
 //! Where the pattern holds nearly everywhere, levels follow it exactly: what goes and what takes its place is then known nearly
 //! everywhere too, which costs next to no bits. Elsewhere it is a preference, where the options ask for it.
 
+use super::Regular;
 use super::parity::{Classes, NONE};
 use super::removal::{Remover, vertices};
 use super::seconds::timed;
@@ -87,17 +88,16 @@ impl Pattern {
 /// Which class goes next.
 #[derive(Debug)]
 pub struct Rows {
-    /// Whether a pattern that does not hold is preferred.
-    prefers: bool,
+    regular: Regular,
     next: u8,
     rounds: u32,
     over: bool,
 }
 
 impl Rows {
-    /// `prefers` tells whether a pattern that does not hold is a preference.
-    pub fn new(prefers: bool) -> Self {
-        Self { prefers, next: 0, rounds: 0, over: false }
+    /// Before the first level.
+    pub fn new(regular: Regular) -> Self {
+        Self { regular, next: 0, rounds: 0, over: regular == Regular::Ignored }
     }
 
     /// There are no more classes.
@@ -119,7 +119,7 @@ impl Rows {
             self.rounds += 1;
             let follows = pattern.is_exact() && self.rounds <= ROUNDS;
             // Rows are worth a preference where they are one choice among many: on a part of planes and cylinders what goes is what is flat.
-            let prefers = self.prefers && pattern.classes.fit >= FIT;
+            let prefers = self.regular == Regular::Preferred && pattern.classes.fit >= FIT;
             if !(follows || (prefers && remover.is_bent_alike())) {
                 self.over = true;
                 return None;
@@ -268,6 +268,9 @@ mod tests {
         let levels = levels(&shapes::torus(96, 48), 6);
         let sizes: Vec<_> = levels.iter().map(|table| count(table, |_| true)).collect();
         assert_eq!(sizes, [4608, 3456, 2304, 1152, 864, 576, 288]);
+        let torus = shapes::torus(96, 48);
+        let ignored = levels_by(&torus, 1, Options { regular: Regular::Ignored, ..Options::default() });
+        assert_ne!(count(&ignored[1], |_| true), 3456, "it is the rows that make these sizes");
         for table in [&levels[3], &levels[6]] {
             assert_eq!(count(table, |v| table.valence(v) == 6), count(table, |_| true));
         }
@@ -311,7 +314,7 @@ mod tests {
         assert!(exact(&shapes::sphere(4)) && exact(&shapes::torus(25, 41)));
         // Most triangles of a level of an ordinary simplification have three classes by chance.
         let torus = shapes::torus(96, 48);
-        let level = &levels_by(&torus, 9, Options { parity: false, ..Options::default() })[9];
+        let level = &levels_by(&torus, 9, Options { regular: Regular::Followed, ..Options::default() })[9];
         let triangles: Vec<[u32; 3]> = level.triangles().map(|t| level.triangle(t).map(|v| v.0)).collect();
         assert!(!exact(&IndexedMesh::new(torus.positions.clone(), triangles)));
         assert!(!exact(&half_a_sheet()));
@@ -340,8 +343,8 @@ mod tests {
     #[test]
     fn rows_are_preferred_where_they_are() {
         let mesh = half_a_sheet();
-        let most = |parity: bool| {
-            let levels = levels_by(&mesh, 3, Options { parity, ..Options::default() });
+        let most = |regular: Regular| {
+            let levels = levels_by(&mesh, 3, Options { regular, ..Options::default() });
             let mut classes = [0u32; 4];
             for Vertex(v) in vertices(&levels[3]) {
                 let [i, j] = [v % 49, v / 49];
@@ -349,8 +352,8 @@ mod tests {
             }
             f64::from(classes.into_iter().max().unwrap_or(0)) / f64::from(classes.iter().sum::<u32>())
         };
-        let shares = [true, false].map(most);
+        let shares = [Regular::Preferred, Regular::Followed].map(most);
         assert!(shares[0] > shares[1] + 0.15, "{shares:?}");
-        assert!(Options::default().parity);
+        assert_eq!(Options::default().regular, Regular::Preferred);
     }
 }

@@ -64,10 +64,18 @@ fn by_level_error_bytes_operations_and_triangles() {
 fn what_was_reached_is_told() {
     let folder = Folder::with_sphere();
     let told = |options: &str| folder.run(&format!("decode sphere.uwm -o out.obj {options}")).succeeded();
-    let base = levels(&folder.info("sphere.uwm")).len() - 1;
-    let run = told("--operations 2");
-    assert!(run.text().starts_with("out.obj: 42 vertices, 80 triangles\n"), "{}", run.text());
-    assert!(run.text().contains(&format!("level {base} of {base} and 2 of the ")), "{}", run.text());
+    let info = folder.info("sphere.uwm");
+    let base = levels(&info).len() - 1;
+    // Two operations beyond a level that has more than two to the next.
+    let vertices = |level: usize| levels(&info)[base - level]["vertices"].as_u64().unwrap();
+    let operations = vertices(3) - vertices(base) + 2;
+    let run = told(&format!("--operations {operations}"));
+    let (reached, triangles) = (vertices(3) + 2, 2 * vertices(3));
+    let head = format!("out.obj: {reached} vertices, {triangles} triangles\n");
+    assert!(run.text().starts_with(&head), "{}", run.text());
+    let missing = vertices(2) - vertices(3);
+    let words = format!("level 3 of {base} and 2 of the {missing} operations to level 2");
+    assert!(run.text().contains(&words), "{}", run.text());
     assert!(told("").text().contains(&format!("level 0 of {base}, everything")));
     assert!(told("--level 2").text().contains(&format!("level 2 of {base}; error at most ")));
     assert!(told("--level 2 --quiet").out.is_empty());

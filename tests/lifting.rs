@@ -42,9 +42,15 @@ fn lifting(file: &[u8]) -> u8 {
 
 #[test]
 fn level_0_and_every_keyframe_are_what_they_were() {
-    for mesh in [shapes::bumpy_sphere(3, 1), shapes::torus_with_hole(16, 12), shapes::handle_body(2)] {
+    // A body of flat faces is not lifted: what is above its edges is not what lies beside them.
+    let lifted = [
+        (shapes::bumpy_sphere(3, 1), 32),
+        (shapes::torus_with_hole(16, 12), 32),
+        (shapes::handle_body(2), 0),
+    ];
+    for (mesh, factor) in lifted {
         let file = encoded(&mesh, options(20));
-        assert_eq!(lifting(&file), 32);
+        assert_eq!(lifting(&file), factor);
         let contents = parse_contents(&file).unwrap().unwrap();
         let lattice = contents.header.lattice;
         let follow = |plan: unweld::container::Plan| {

@@ -94,15 +94,20 @@ fn high_valences() {
     }
 }
 
-/// A tip that the input has seven times, used at its corners in no order.
+/// Tips that the input has seven times each, used at their corners in no order.
 #[test]
-fn a_vertex_of_seven_instances() {
-    let mut mesh = cones(&[40]);
-    let copies: Vec<u32> = (0..6).map(|k| mesh.positions.len() as u32 + k).collect();
-    mesh.positions.extend([mesh.positions[0]; 6]);
+fn vertices_of_seven_instances() {
+    let mut mesh = cones(&[40; 12]);
+    let tips: Vec<u32> = (0..12).map(|i| 41 * i).collect();
+    let first = mesh.positions.len() as u32;
+    for &tip in &tips {
+        mesh.positions.extend([mesh.positions[tip as usize]; 6]);
+    }
     for (k, t) in mesh.triangles.iter_mut().enumerate() {
+        let copies = first + t[0] / 41 * 6;
         // Often the one before, else any.
-        t[0] = [0, copies[k * k % 6], copies[k / 2 % 6], copies[k * 7 / 3 % 6]][k % 4];
+        let any = [k * k % 6, k / 2 % 6, k * 7 / 3 % 6].map(|copy| copies + copy as u32);
+        t[0] = [t[0], any[0], any[1], any[2]][k % 4];
     }
     let options = Options { exact: Some(Real::Binary64), keep_order: true, ..with_keyframes() };
     let bytes = Encoder::new(options).encode_to_vec(&mesh).unwrap();

@@ -330,6 +330,19 @@ fn shares_beyond_32_bits() {
     );
 }
 
+/// The finest lattice has no bit left for what is lifted beyond the box.
+#[test]
+fn no_lifting_without_room() {
+    for (bits, lifting, fits) in [(24, 0, true), (24, 1, false), (23, 32, true)] {
+        let mut file = small_file();
+        file.lattice.bits = bits;
+        file.coding.lifting = lifting;
+        let told = file.write(&mut Vec::new()).map_err(|fault| fault.to_string());
+        assert_eq!(told.is_ok(), fits, "{told:?}");
+        assert!(fits || told.unwrap_err().contains("a lattice of 24 bits leaves no room for lifting"));
+    }
+}
+
 #[test]
 fn no_more_atoms_than_allowed() {
     let atoms = |count: usize| {

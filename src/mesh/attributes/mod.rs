@@ -1,9 +1,11 @@
 //! What a mesh has beside positions: values at its corners and triangles, such as texture coordinates, normals, colours and parts.
 
+mod quantise;
 mod values;
 
 use super::index::Corner;
 
+pub use quantise::Quantisation;
 pub use values::{Stored, Values};
 
 /// Stands for "no value here" in [`Attribute::corners`].

@@ -431,6 +431,7 @@ fn parts(report: &Report) -> [(&'static str, f64); 8] {
         ("geometry", report.position_bits),
         ("base", report.base_bits),
         ("residue", report.residue_bits),
+        ("attributes", report.attribute_bits),
         ("correction", report.correction_bits),
         ("order", report.order_bits),
         ("keyframes", report.keyframe_bits),

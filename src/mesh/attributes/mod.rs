@@ -176,6 +176,28 @@ impl Attribute {
     }
 }
 
+/// What a coder is to know of an attribute.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Kind {
+    /// What the values are.
+    pub semantic: Semantic,
+    /// What has a value.
+    pub domain: Domain,
+    /// Numbers of the source a value.
+    pub components: usize,
+    /// Whether there are corners, or triangles, without a value.
+    pub partial: bool,
+    /// How numbers became integers.
+    pub quantisation: Quantisation,
+}
+
+impl Kind {
+    /// Integers a value.
+    pub fn integers(&self) -> usize {
+        self.quantisation.integers(self.components)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -280,6 +280,7 @@ impl<'a> Encoder<'a> {
             conditioning,
             diagonal: Some(report.diagonal.min(f64::MAX)),
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
+            ..Metadata::default()
         }
     }
 

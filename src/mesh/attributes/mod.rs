@@ -59,6 +59,15 @@ impl Semantic {
             Self::Generic => "generic",
         }
     }
+
+    /// What an attribute of this semantic is called: its name, or the semantic and its set, e.g. `"uv"` and `"uv1"`.
+    pub fn title(self, name: &str, set: u32) -> String {
+        match (name, set) {
+            ("", 0) => self.name().to_owned(),
+            ("", set) => format!("{}{set}", self.name()),
+            (name, _) => name.to_owned(),
+        }
+    }
 }
 
 /// What has a value.
@@ -134,11 +143,7 @@ impl Attribute {
 
     /// What it is called: its name, or its semantic and set, e.g. `"uv"` and `"uv1"`.
     pub fn title(&self) -> String {
-        match (self.name.as_str(), self.set) {
-            ("", 0) => self.semantic.name().to_owned(),
-            ("", set) => format!("{}{set}", self.semantic.name()),
-            (name, _) => name.to_owned(),
-        }
+        self.semantic.title(&self.name, self.set)
     }
 
     /// Whether it is an attribute of so many triangles.

@@ -282,7 +282,6 @@ impl<'a> Encoder<'a> {
             libraries: mesh.libraries.clone(),
             diagonal: Some(report.diagonal.min(f64::MAX)),
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
-            ..Metadata::default()
         }
     }
 

@@ -122,6 +122,8 @@ pub struct Simplified {
     pub errors: Vec<LevelError>,
     /// For each level what tells of its error once its vertices have moved.
     pub traces: Vec<Traces>,
+    /// Of each vertex of the input a third of the area round it.
+    pub weights: Vec<f32>,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -187,7 +189,8 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    Ok(Simplified { base: remover.table, history: remover.history, errors, traces, seconds })
+    let Remover { table: base, history, covering, .. } = remover;
+    Ok(Simplified { base, history, errors, traces, weights: covering.into_weights(), seconds })
 }
 
 /// Vertices to stop at for a mesh of so many vertices, some of them locked, where [`Options::base_vertices`] is not given: however many

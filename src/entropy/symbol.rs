@@ -9,27 +9,21 @@ pub const SCALE: u32 = 15;
 /// Cumulative frequencies of symbols, learning fast at first and slowly later.
 ///
 /// `sums[i]` is the sum of symbols 0 to i, without the floor of 1 that every symbol has, in units of 2^-`FINE`.
-/// Invariant: the sums do not decrease, the first is at least 0. The last would be `WHOLE`: in its place stands how many symbols have been
-/// learnt, so that a model fills one line of a cache.
+/// Invariant: the sums do not decrease, the first is at least 0, the last is `WHOLE`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[repr(align(64))]
 pub struct SymbolModel {
     sums: [i32; SYMBOLS],
+    count: u32,
 }
-
-/// Where the count stands.
-const COUNT: usize = SYMBOLS - 1;
 
 const FINE: u32 = 12;
 // `symbol & (SYMBOLS - 1)` is the symbol itself, since all are below SYMBOLS: those of a writer as `interval` asserts, those of a reader since
-// `find` never counts the last. The mask spares a check where the compiler cannot know that.
+// `find` never counts the last sum, which is WHOLE. The mask spares a check where the compiler cannot know that.
 const _: () = assert!(SYMBOLS.is_power_of_two());
 // No sum, floor or target overflows, nor a value below 2^SCALE in their units.
 const _: () = assert!(SCALE + FINE < i32::BITS - 1);
 /// How many symbols a bell stands for.
-const KNOWN: i32 = 48;
-/// From how many on a symbol weighs less.
-const MANY: i32 = 128;
+const KNOWN: u32 = 48;
 /// All frequencies but for the floors.
 const WHOLE: i32 = ((1 << SCALE) - SYMBOLS as i32) << FINE;
 
@@ -38,7 +32,7 @@ impl SymbolModel {
     /// Student's distribution of five degrees of freedom, as if learnt from [`KNOWN`] symbols.
     pub const fn bell(variance: u64, offset: i32) -> Self {
         let spread = 5 * variance;
-        let mut sums = [0; SYMBOLS];
+        let mut sums = [WHOLE; SYMBOLS];
         let (mut weights, mut whole) = ([0; SYMBOLS], 0);
         let mut i = 0;
         while i < SYMBOLS {
@@ -55,8 +49,7 @@ impl SymbolModel {
             sums[i] = (WHOLE as u64 * below / whole) as i32;
             i += 1;
         }
-        sums[COUNT] = KNOWN;
-        Self { sums }
+        Self { sums, count: KNOWN }
     }
 
     /// The frequencies of all symbols below `symbol`, and its own.
@@ -64,7 +57,7 @@ impl SymbolModel {
     pub(super) fn interval(&self, symbol: usize) -> (u32, u32) {
         debug_assert!(symbol < SYMBOLS);
         let symbol = symbol & (SYMBOLS - 1);
-        let end = if symbol == COUNT { 1 << SCALE } else { (self.sums[symbol] >> FINE) as u32 + symbol as u32 + 1 };
+        let end = (self.sums[symbol] >> FINE) as u32 + symbol as u32 + 1;
         let start = if symbol == 0 { 0 } else { (self.sums[symbol - 1] >> FINE) as u32 + symbol as u32 };
         (start, end - start)
     }
@@ -83,24 +76,23 @@ impl SymbolModel {
         (below[0] + below[1] + below[2] + below[3]) as usize
     }
 
-    /// Learns a symbol: it weighs 2^-6 at first, 2^-7 after many others.
+    /// Learns a symbol.
     #[inline]
     pub(super) fn learn(&mut self, symbol: usize) {
-        let count = self.sums[COUNT];
-        let rate = 6 + i32::from(count >= MANY);
+        let rate = RATES[(self.count as usize).min(RATES.len() - 1)];
         let targets = &TARGETS[symbol & (SYMBOLS - 1)];
         for (sum, target) in self.sums.iter_mut().zip(targets) {
             *sum += (target - *sum) >> rate;
         }
-        self.sums[COUNT] = count + i32::from(count < MANY);
+        self.count = self.count.saturating_add(1);
     }
 }
 
-/// The floors of the symbols before each, in the units of the sums; before the last, so much that no value is beyond the count there.
+/// The floors of the symbols before each, in the units of the sums.
 const FLOORS: [i32; SYMBOLS] = {
-    let mut floors = [2 * WHOLE; SYMBOLS];
+    let mut floors = [0; SYMBOLS];
     let mut i = 0;
-    while i < COUNT {
+    while i < SYMBOLS {
         floors[i] = (i as i32) << FINE;
         i += 1;
     }
@@ -118,6 +110,23 @@ const TARGETS: [[i32; SYMBOLS]; SYMBOLS] = {
         i += 1;
     }
     targets
+};
+
+/// A symbol weighs 2^-rate after so many others.
+const RATES: [u8; 129] = {
+    let mut rates = [7; 129];
+    let mut n = 0;
+    while n < 128 {
+        rates[n] = if n < 24 {
+            4
+        } else if n < 48 {
+            5
+        } else {
+            6
+        };
+        n += 1;
+    }
+    rates
 };
 
 #[cfg(test)]

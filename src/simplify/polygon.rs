@@ -227,7 +227,8 @@ mod tests {
         assert!(t.triangles.iter().all(|t| t.contains(&2)));
         // Without the diagonals of vertex 2 a triangulation is left, without any diagonal none.
         let never_at_2 = |i, j| if i == 2 || j == 2 { f32::INFINITY } else { 0.0 };
-        let t = Solved::new::<MAX_SIDES, ROW>(6, false, never_at_2, each(cost)).shape.triangulation().unwrap();
+        let t =
+            Solved::new::<MAX_SIDES, ROW>(6, false, never_at_2, each(cost)).shape.triangulation().unwrap();
         assert!(t.diagonals().all(|(i, j)| i != 2 && j != 2));
         assert!(Solved::new::<MAX_SIDES, ROW>(6, false, NEVER, each(cost)).shape.triangulation().is_none());
     }
@@ -235,7 +236,9 @@ mod tests {
     #[test]
     fn an_open_polygon_asks_for_its_closing_side() {
         assert!(Solved::new::<MAX_SIDES, ROW>(3, true, NEVER, each(|_| 1.0)).shape.triangulation().is_none());
-        assert!(Solved::new::<MAX_SIDES, ROW>(3, false, NEVER, each(|_| 1.0)).shape.triangulation().is_some());
+        assert!(
+            Solved::new::<MAX_SIDES, ROW>(3, false, NEVER, each(|_| 1.0)).shape.triangulation().is_some()
+        );
         assert_eq!(Solved::new::<MAX_SIDES, ROW>(3, true, |_, _| 0.5, each(|_| 1.0)).cost, 1.5);
     }
 

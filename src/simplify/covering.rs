@@ -84,6 +84,16 @@ impl Covering {
         }
     }
 
+    /// The triangles that are left, in order, are now numbered as in this list.
+    pub fn compact(&mut self, there: &[Triangle]) {
+        for (k, t) in there.iter().enumerate() {
+            self.first[k] = self.first[t.index()];
+        }
+        self.first.truncate(there.len());
+        self.first.shrink_to_fit();
+        self.paths.compact(there);
+    }
+
     /// Takes the vertices off a triangle that is about to be rewritten.
     pub fn take(&mut self, t: Triangle, out: &mut Vec<Vertex>) {
         let mut at = std::mem::replace(&mut self.first[t.index()], NONE);

@@ -45,6 +45,15 @@ impl Paths {
         self.farthest.0[t.index()].into_iter().map(f32::abs).fold(0.0, f32::max)
     }
 
+    /// The triangles that are left of the level, in order, are now numbered as in this list.
+    pub fn compact(&mut self, there: &[Triangle]) {
+        for (k, t) in there.iter().enumerate() {
+            self.farthest.0[k] = self.farthest.0[t.index()];
+        }
+        self.farthest.0.truncate(there.len());
+        self.farthest.0.shrink_to_fit();
+    }
+
     /// Some triangles are new, and so are the edges between them, whose squared distance is at most `bound` by their ends.
     pub fn renew(
         &mut self,

@@ -38,9 +38,12 @@ pub struct LevelError {
 pub struct Traces {
     /// Some of the input's vertices, the same ones at each level.
     pub probes: Vec<Probe>,
-    /// The triangles that are farther off than half of the largest distance, and how far at most, in steps of the lattice.
-    pub far: Vec<([Vertex; 3], f64)>,
-    /// The largest distance.
+    /// The removed vertices that are farther off than half of the largest distance, each with the triangle that covers it.
+    pub vertices: Vec<(Vertex, [Vertex; 3])>,
+    /// So the edges: their ends, the vertices on their left and on their right ([`Vertex::NONE`] at the boundary), and how far off they are at
+    /// most, in steps of the lattice.
+    pub edges: Vec<([Vertex; 4], f32)>,
+    /// The largest distance, in steps of the lattice.
     pub most: f64,
 }
 
@@ -138,18 +141,28 @@ impl Covering {
         if !most.is_finite() {
             return Traces::default();
         }
-        let far = table.triangles().filter_map(|t| {
-            let mut squared = self.paths.known(t);
+        // What counts for half of the largest distance, rounding included.
+        let half = (0.5 * most - 0.75f64.sqrt()).max(0.0) * places.frame.step();
+        let half = (half * half) as f32;
+        let mut vertices = Vec::new();
+        for t in table.triangles() {
             let mut at = self.first[t.index()];
             while at != NONE {
-                squared = squared.max(self.distances[at as usize]);
+                if self.distances[at as usize] > half {
+                    vertices.push((Vertex(at), table.triangle(t)));
+                }
                 at = self.next[at as usize];
             }
-            let (distance, rounding) = (f64::from(squared).sqrt() / places.frame.step(), 0.75f64.sqrt());
-            (distance > 0.5 * most - rounding && distance > 0.0)
-                .then(|| (table.triangle(t), (distance + rounding).min(most)))
+        }
+        let edges = self.paths.edges(table).filter(|&(_, squared)| squared > half).map(|(c, squared)| {
+            let (a, b) = table.edge(c);
+            let o = table.opposite(c);
+            let right = if o.is_some() { table.vertex(o) } else { Vertex::NONE };
+            let distance = (f64::from(squared).sqrt() / places.frame.step()).min(most);
+            ([a, b, table.vertex(c), right], distance as f32)
         });
-        Traces { probes: self.probes(table, places), far: far.collect(), most }
+        let edges = edges.collect();
+        Traces { probes: self.probes(table, places), vertices, edges, most }
     }
 
     /// Some of the input's vertices, picked at random.

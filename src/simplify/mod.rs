@@ -9,6 +9,7 @@ mod covering;
 mod frame;
 mod level;
 mod metric;
+mod moved;
 mod nearest;
 mod parity;
 mod paths;
@@ -21,6 +22,7 @@ mod shadow;
 mod star;
 
 pub use covering::{LevelError, Probe, Traces};
+pub use moved::Moved;
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
@@ -122,6 +124,8 @@ pub struct Simplified {
     pub errors: Vec<LevelError>,
     /// For each level what tells of its error once its vertices have moved.
     pub traces: Vec<Traces>,
+    /// The mesh as it was given.
+    pub input: CornerTable,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -187,7 +191,8 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    Ok(Simplified { base: remover.table, history: remover.history, errors, traces, seconds })
+    let (base, history, input) = (remover.table, remover.history, remover.covering.paths.input);
+    Ok(Simplified { base, history, errors, traces, input, seconds })
 }
 
 /// Vertices to stop at for a mesh of so many vertices, some of them locked, where [`Options::base_vertices`] is not given: however many

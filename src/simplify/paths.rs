@@ -11,7 +11,7 @@
 //! normal. Such a path may be a detour, and there may be none: what is to be the largest distance of all is measured at points instead.
 
 use super::frame::Places;
-use super::nearest::farthest_of_triangle;
+use super::nearest::{Near, farthest_of_triangle};
 use crate::mesh::distance::point_segment_distance_squared;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use glam::DVec3;
@@ -19,7 +19,7 @@ use glam::DVec3;
 /// The paths of a level's edges.
 #[derive(Debug)]
 pub struct Paths {
-    input: CornerTable,
+    pub input: CornerTable,
     /// By corner, for the edge opposite, both sides alike: the squared distance of its path's farthest knot. Where the path has not been
     /// followed, a bound of it, negative; at the boundary NaN.
     farthest: Vec<f32>,
@@ -34,7 +34,12 @@ impl Paths {
     pub fn new(input: &CornerTable) -> Self {
         // Four for each triangle, as corners are numbered.
         let farthest = vec![0.0; 4 * input.slots()];
-        Self { farthest, outline: vec![0.0; input.vertex_slots()], input: input.clone(), met: Vec::new() }
+        Self { farthest, outline: vec![0.0; input.vertex_slots()], ..Self::of(input.clone()) }
+    }
+
+    /// Those of an input, of which nothing is known.
+    pub fn of(input: CornerTable) -> Self {
+        Self { input, farthest: Vec::new(), outline: Vec::new(), met: Vec::new() }
     }
 
     /// The largest squared distance of the edges of a triangle, or a bound of it. It is one of a star, which may be gone.
@@ -126,6 +131,12 @@ impl Paths {
         }
     }
 
+    /// The edges of a level whose distances are known, each with its squared distance or a bound of it.
+    pub fn edges<'a>(&'a self, table: &'a CornerTable) -> impl Iterator<Item = (Corner, f32)> + 'a {
+        let once = |&c: &Corner| table.opposite(c).is_none() || table.opposite(c) > c;
+        table.triangles().flat_map(|t| t.corners()).filter(once).map(|c| (c, self.farthest[c.index()].abs()))
+    }
+
     /// Squared distances of the vertices of the input's boundary from the boundary of the level last measured.
     pub fn outline(&self) -> &[f32] {
         &self.outline
@@ -152,7 +163,9 @@ impl Paths {
         self.follow(table, places, c);
         let sides = [c, table.opposite(c)].into_iter().filter(|side| side.is_some());
         let of_side = |side: Corner| {
-            farthest_of_triangle(&self.input, places, table.triangle(side.triangle()), &self.met, most)
+            let corners = table.triangle(side.triangle());
+            let near = Near { input: &self.input, places, corners, met: &self.met };
+            farthest_of_triangle(&near, corners.map(|v| places.at(v)), most)
         };
         sides.map(of_side).fold(0.0, f32::max)
     }
@@ -183,14 +196,45 @@ impl Paths {
         };
         let normal = normal(c) + normal(table.opposite(c));
         let (a, b) = table.edge(c);
-        let there = self.cut(places, a, b, normal);
-        there.or_else(|| self.cut(places, b, a, normal))
+        let [p, q] = [a, b].map(|v| places.at(v));
+        let there = self.cut(places, [a, b], normal, [p, q]);
+        there.or_else(|| self.cut(places, [b, a], normal, [q, p]))
     }
 
-    /// From one vertex straight to another; `None` where the way ends at the boundary or leads elsewhere.
-    fn cut(&mut self, places: &Places, from: Vertex, to: Vertex, normal: DVec3) -> Option<f32> {
+    /// The squared distance of an edge whose ends have moved from its path on the input, or a bound of it; where that is above `most`, how
+    /// far its triangles are from the input, measured at points. `corners` are its ends and the vertices on its left and on its right,
+    /// `moved` where they are.
+    pub fn of_moved(&mut self, places: &Places, corners: [Vertex; 4], moved: [DVec3; 4], most: f32) -> f32 {
+        let ([a, b, c, d], [p, q, r, s]) = (corners, moved);
+        self.met.clear();
+        let [at_a, at_b, at_c, at_d] = corners.map(|v| places.at(v));
+        let along = at_b - at_a;
+        let normal =
+            along.cross(at_c - at_a).normalize_or_zero() - along.cross(at_d - at_a).normalize_or_zero();
+        let there = self.cut(places, [a, b], normal, [p, q]);
+        let squared = there.or_else(|| self.cut(places, [b, a], normal, [q, p])).unwrap_or(f32::INFINITY);
+        if squared <= most {
+            return squared;
+        }
+        let sides = [([a, b, c], [p, q, r]), ([b, a, d], [q, p, s])];
+        let of_side = |(corners, moved)| {
+            farthest_of_triangle(&Near { input: &self.input, places, corners, met: &self.met }, moved, most)
+        };
+        squared.min(sides.map(of_side).into_iter().fold(0.0, f32::max))
+    }
+
+    /// From one vertex straight to another: how far the way is from the edge between two points. `None` where it ends at the boundary or
+    /// leads elsewhere.
+    fn cut(
+        &mut self,
+        places: &Places,
+        [from, to]: [Vertex; 2],
+        normal: DVec3,
+        edge: [DVec3; 2],
+    ) -> Option<f32> {
         let (a, b) = (places.at(from), places.at(to));
         let along = b - a;
+        let edge = edge.map(|p| p - a);
         let across = along.cross(normal);
         let input = &self.input;
         // A vertex seen from the first end, and on which side of the plane it is.
@@ -229,7 +273,7 @@ impl Paths {
             if !(-length_squared..2.0 * length_squared).contains(&at.dot(along)) {
                 return None;
             }
-            farthest = farthest.max(point_segment_distance_squared(at, DVec3::ZERO, along));
+            farthest = farthest.max(point_segment_distance_squared(at, edge[0], edge[1]));
             let beyond = input.opposite(c);
             if beyond.is_none() {
                 return None;

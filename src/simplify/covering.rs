@@ -38,13 +38,15 @@ pub struct LevelError {
 pub struct Traces {
     /// Some of the input's vertices, the same ones at each level.
     pub probes: Vec<Probe>,
-    /// The removed vertices that are farther off than half of the largest distance, each with the triangle that covers it.
+    /// The removed vertices that are farther off than a part of the largest distance, each with the triangle that covers it.
     pub vertices: Vec<(Vertex, [Vertex; 3])>,
     /// So the edges: their ends, the vertices on their left and on their right ([`Vertex::NONE`] at the boundary), and how far off they are at
     /// most, in steps of the lattice.
     pub edges: Vec<([Vertex; 4], f32)>,
     /// The largest distance, in steps of the lattice.
     pub most: f64,
+    /// That of what is in neither list, at most; rounding included.
+    pub left_out: f64,
 }
 
 /// A vertex of the input, and where a level has it.
@@ -141,28 +143,39 @@ impl Covering {
         if !most.is_finite() {
             return Traces::default();
         }
-        // What counts for half of the largest distance, rounding included.
-        let half = (0.5 * most - 0.75f64.sqrt()).max(0.0) * places.frame.step();
-        let half = (half * half) as f32;
+        let rounding = 0.75f64.sqrt();
+        let squared = |share: f64| ((share * most - rounding).max(0.0) * places.frame.step()).powi(2) as f32;
+        let least = squared(SHARES[0]);
         let mut vertices = Vec::new();
         for t in table.triangles() {
             let mut at = self.first[t.index()];
             while at != NONE {
-                if self.distances[at as usize] > half {
+                if self.distances[at as usize] > least {
                     vertices.push((Vertex(at), table.triangle(t)));
                 }
                 at = self.next[at as usize];
             }
         }
-        let edges = self.paths.edges(table).filter(|&(_, squared)| squared > half).map(|(c, squared)| {
+        let edges = self.paths.edges(table).filter(|&(_, squared)| squared > least).map(|(c, squared)| {
             let (a, b) = table.edge(c);
             let o = table.opposite(c);
             let right = if o.is_some() { table.vertex(o) } else { Vertex::NONE };
-            let distance = (f64::from(squared).sqrt() / places.frame.step()).min(most);
-            ([a, b, table.vertex(c), right], distance as f32)
+            ([a, b, table.vertex(c), right], squared)
         });
-        let edges = edges.collect();
-        Traces { probes: self.probes(table, places), vertices, edges, most }
+        let mut edges: Vec<_> = edges.collect();
+        let mut left_out = SHARES[0] * most;
+        if vertices.len() + edges.len() > FEW_TRACES.max(self.weights.len() / TRACES) {
+            let least = squared(SHARES[1]);
+            left_out = SHARES[1] * most;
+            vertices.retain(|(v, _)| self.distances[v.index()] > least);
+            edges.retain(|&(_, squared)| squared > least);
+            vertices.shrink_to_fit();
+            edges.shrink_to_fit();
+        }
+        for (_, distance) in &mut edges {
+            *distance = (f64::from(*distance).sqrt() / places.frame.step()).min(most) as f32;
+        }
+        Traces { probes: self.probes(table, places), vertices, edges, most, left_out: left_out.max(rounding) }
     }
 
     /// Some of the input's vertices, picked at random.
@@ -255,6 +268,13 @@ impl Patch {
 
 /// Vertices that tell how far a level is off, about.
 const PROBES: usize = 1024;
+
+/// The part of the largest distance from which on vertices and edges are traces, and that for when they are many.
+const SHARES: [f64; 2] = [0.25, 0.5];
+
+/// So many are: of the input's vertices one in so many, or this number.
+const TRACES: usize = 16;
+const FEW_TRACES: usize = 1024;
 
 /// So few vertices ask all triangles at once.
 const FEW: usize = 3;

@@ -274,7 +274,7 @@ const SHARES: [f64; 2] = [0.25, 0.5];
 
 /// So many are: of the input's vertices one in so many, or this number.
 const TRACES: usize = 16;
-const FEW_TRACES: usize = 1024;
+const FEW_TRACES: usize = 4096;
 
 /// So few vertices ask all triangles at once.
 const FEW: usize = 3;

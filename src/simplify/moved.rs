@@ -9,6 +9,7 @@ use super::frame::{Frame, Places};
 use super::paths::Paths;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Lattice, Vertex};
+use glam::DVec3;
 
 /// The input, and how far moved levels are from it; all in steps of the lattice.
 #[derive(Debug)]
@@ -66,11 +67,8 @@ impl Moved {
                 told = told.max(bound);
                 break;
             }
-            // Vertices of the boundary stay, and so do its edges.
-            let squared = match corners {
-                [.., Vertex::NONE] => f32::INFINITY,
-                _ => self.paths.of_moved(&places, corners, corners.map(at), most),
-            };
+            let moved = corners.map(|v| if v == Vertex::NONE { DVec3::NAN } else { at(v) });
+            let squared = self.paths.of_moved(&places, corners, moved, most);
             most = most.max(squared.min(bound * bound));
         }
         let found = f64::from(most.sqrt().max(told)) / step + rounding;

@@ -172,7 +172,21 @@ impl Paths {
 
     /// Along the input's boundary: the largest squared distance from the edge between the ends.
     fn along(&mut self, places: &Places, from: Vertex, to: Vertex) -> f32 {
-        let (a, b) = (places.at(from), places.at(to));
+        let edge = [from, to].map(|v| places.at(v));
+        let mut outline = std::mem::take(&mut self.outline);
+        let farthest = self.boundary(places, [from, to], edge, |at, squared| outline[at.index()] = squared);
+        self.outline = outline;
+        farthest
+    }
+
+    /// Along the input's boundary: the largest squared distance from an edge between two points; `told` of each vertex.
+    fn boundary(
+        &mut self,
+        places: &Places,
+        [from, to]: [Vertex; 2],
+        [a, b]: [DVec3; 2],
+        mut told: impl FnMut(Vertex, f32),
+    ) -> f32 {
         let mut farthest = 0.0f32;
         let mut at = from;
         loop {
@@ -182,7 +196,7 @@ impl Paths {
                 return farthest;
             }
             let squared = point_segment_distance_squared(places.at(at), a, b) as f32;
-            self.outline[at.index()] = squared;
+            told(at, squared);
             self.met.push(at);
             farthest = farthest.max(squared);
         }
@@ -202,25 +216,31 @@ impl Paths {
     }
 
     /// The squared distance of an edge whose ends have moved from its path on the input, or a bound of it; where that is above `most`, how
-    /// far its triangles are from the input, measured at points. `corners` are its ends and the vertices on its left and on its right,
-    /// `moved` where they are.
+    /// far its triangles are from the input, measured at points. `corners` are its ends and the vertices on its left and on its right
+    /// ([`Vertex::NONE`] at the boundary), `moved` where they are.
     pub fn of_moved(&mut self, places: &Places, corners: [Vertex; 4], moved: [DVec3; 4], most: f32) -> f32 {
         let ([a, b, c, d], [p, q, r, s]) = (corners, moved);
         self.met.clear();
-        let [at_a, at_b, at_c, at_d] = corners.map(|v| places.at(v));
-        let along = at_b - at_a;
-        let normal =
-            along.cross(at_c - at_a).normalize_or_zero() - along.cross(at_d - at_a).normalize_or_zero();
-        let there = self.cut(places, [a, b], normal, [p, q]);
-        let squared = there.or_else(|| self.cut(places, [b, a], normal, [q, p])).unwrap_or(f32::INFINITY);
+        let boundary = d == Vertex::NONE;
+        let squared = if boundary {
+            self.boundary(places, [a, b], [p, q], |_, _| ())
+        } else {
+            let [at_a, at_b, at_c, at_d] = corners.map(|v| places.at(v));
+            let along = at_b - at_a;
+            let normal =
+                along.cross(at_c - at_a).normalize_or_zero() - along.cross(at_d - at_a).normalize_or_zero();
+            let there = self.cut(places, [a, b], normal, [p, q]);
+            there.or_else(|| self.cut(places, [b, a], normal, [q, p])).unwrap_or(f32::INFINITY)
+        };
         if squared <= most {
             return squared;
         }
         let sides = [([a, b, c], [p, q, r]), ([b, a, d], [q, p, s])];
+        let sides = sides.into_iter().take(if boundary { 1 } else { 2 });
         let of_side = |(corners, moved)| {
             farthest_of_triangle(&Near { input: &self.input, places, corners, met: &self.met }, moved, most)
         };
-        squared.min(sides.map(of_side).into_iter().fold(0.0, f32::max))
+        squared.min(sides.map(of_side).fold(0.0, f32::max))
     }
 
     /// From one vertex straight to another: how far the way is from the edge between two points. `None` where it ends at the boundary or

@@ -341,6 +341,57 @@ mod tests {
         assert!((max - (0.3 + 0.75f64.sqrt() * step)).abs() < 1e-6, "{max}");
     }
 
+    /// Where nothing is gone there is still the move to the lattice: half the diagonal of a cell at most, and the spread in a cell.
+    #[test]
+    fn level_0_is_off_by_its_lattice() {
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let (mut covering, level) = covered(&positions, &[[0, 1, 2]], &[[0, 1, 2]], &[]);
+        let LevelError { max, rms } = covering.error(&level, &places(&positions));
+        let step = 1.0 / 1023.0;
+        assert!((max / (3f64.sqrt() / 2.0 * step) - 1.0).abs() < 1e-6, "{max}");
+        assert!((rms / (step / 12f64.sqrt()) - 1.0).abs() < 1e-6, "{rms}");
+    }
+
+    /// Vertex 4 is drawn in by a tenth from the side from 0 to 1, which the level closes: it lies on the level, but not on its boundary.
+    #[test]
+    fn the_mean_knows_the_outline() {
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.1, 0.0]];
+        let input = [[0, 4, 3], [4, 2, 3], [4, 1, 2]];
+        let (mut covering, level) = covered(&positions, &input, &[[0, 1, 2], [0, 2, 3]], &[4]);
+        let LevelError { rms, .. } = covering.error(&level, &places(&positions));
+        // The triangles at vertex 4 have areas 1/4, 9/20 and 1/4, all there is; it stands for a third.
+        assert!((rms - (0.01f64 / 3.0).sqrt()).abs() < 1e-5, "{rms}");
+    }
+
+    /// What is known of a triangle without vertices is what is known of its edges.
+    #[test]
+    fn edges_are_known_too() {
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.2], [1.0, 1.0, 0.0], [0.0, 1.0, 0.2]];
+        let (mut covering, level) =
+            covered(&positions, &[[0, 1, 2], [0, 2, 3]], &[[0, 1, 3], [1, 2, 3]], &[]);
+        let triangles: Vec<_> = level.triangles().collect();
+        covering.paths.renew(&level, &triangles, |_, _| 0.04);
+        for t in triangles {
+            assert_eq!(covering.known(t, &[]), 0.04);
+        }
+    }
+
+    /// High over a strip of triangles the next one is hardly farther off: the way there is not left to chance.
+    #[test]
+    fn the_way_leads_below() {
+        let mut positions: Vec<_> = (0..42).map(|k: u32| [f64::from(k / 2), f64::from(k % 2), 0.0]).collect();
+        let triangles: Vec<_> =
+            (0..40).map(|k| if k % 2 == 0 { [k, k + 2, k + 1] } else { [k, k + 1, k + 2] }).collect();
+        for k in 0..20 {
+            positions.push([f64::from(k) + 0.3, 0.3, 20.0]);
+        }
+        let gone: Vec<u32> = (42..62).collect();
+        let (covering, _) = covered(&positions, &triangles, &triangles, &gone);
+        for &v in &gone {
+            assert!((covering.distances[v as usize].sqrt() - 20.0).abs() < 1e-4, "{v}");
+        }
+    }
+
     /// A strip of a hundred triangles along x, and points over it, few or many: each is led to the triangle below it, from whichever was first.
     #[test]
     fn each_vertex_lies_on_the_triangle_below_it() {

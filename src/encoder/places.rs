@@ -50,7 +50,7 @@ impl Places {
         let traces = std::mem::take(&mut simplified.traces);
         let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
         let mut moved = (lifting > 0).then(|| {
-            let input = std::mem::replace(&mut simplified.input, CornerTable::default());
+            let input = std::mem::take(&mut simplified.input);
             Moved::new(input, &finest, lattice.bits)
         });
         let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };

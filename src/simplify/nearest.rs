@@ -174,3 +174,30 @@ const STARTS: usize = 3;
 const FAN: u32 = 32;
 /// Triangles on the way to the nearest.
 const STEPS: u32 = 256;
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::Frame;
+    use super::*;
+    use crate::mesh::Lattice;
+
+    /// A strip that runs along x, turns and runs back two higher: from the lower arm no way over nearer and nearer triangles leads to the
+    /// upper one, below which the triangle is.
+    #[test]
+    fn the_other_arm_is_found() {
+        let along = |k: u32| if k <= 10 { [f64::from(k), 0.0] } else { [f64::from(21 - k), 2.0] };
+        let corner = |i: u32| [along(i / 2)[0], f64::from(i % 2), along(i / 2)[1]];
+        let positions: Vec<_> = (0..44).map(corner).collect();
+        let strip: Vec<_> =
+            (0..42).map(|k| if k % 2 == 0 { [k, k + 2, k + 1] } else { [k, k + 1, k + 2] }).collect();
+        let input = CornerTable::from_triangles(44, &strip).unwrap();
+        let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
+        let places = Places { positions: &positions, frame: Frame::new(&lattice) };
+        let near = Near { input: &input, places: &places, corners: [2, 4, 3].map(Vertex), met: &[] };
+        for (height, far) in [(1.9, 0.1), (0.2, 0.2)] {
+            let triangle = [[1.0, 0.0], [2.0, 0.0], [1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, height));
+            let found = farthest_of_triangle(&near, triangle, 0.01).sqrt();
+            assert!((found - far).abs() < 1e-6, "{height}: {found}");
+        }
+    }
+}

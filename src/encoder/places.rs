@@ -10,7 +10,7 @@ use crate::codec::walk::Walk;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Lattice, Vertex};
 use crate::refine::{History, ProgressiveMesh, Roots, Site, from_cell};
-use crate::simplify::{Simplified, Traces};
+use crate::simplify::{Moved, Simplified, Traces};
 use glam::DVec3;
 
 /// The places, by vertex, and the cells, by level.
@@ -30,7 +30,7 @@ pub struct Places {
 /// How far off a level is.
 #[derive(Clone, Copy, Debug)]
 struct Change {
-    /// The largest distance beyond what it was, at most, in steps of the lattice.
+    /// The largest distance, at most, in steps of the lattice.
     max: f64,
     /// The mean squared distance over what it was.
     squares: f64,
@@ -49,6 +49,10 @@ impl Places {
         let finest = std::mem::take(&mut base.positions);
         let traces = std::mem::take(&mut simplified.traces);
         let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
+        let mut moved = (lifting > 0).then(|| {
+            let input = std::mem::take(&mut simplified.input);
+            Moved::new(input, &finest, lattice.bits)
+        });
         let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };
         let (places, changes) = loop {
             let schedule = Schedule::new(options, lattice, lifting > 0);
@@ -59,7 +63,8 @@ impl Places {
                 bits: lattice.bits,
                 shifts: vec![0; simplified.history.level_count() + 1],
             };
-            match places.coarsen(&finest, simplified, &splits, &traces, schedule) {
+            let moved = moved.as_mut().filter(|_| lifting > 0);
+            match places.coarsen(&finest, simplified, &splits, &traces, schedule, moved) {
                 // On thin walls and steps what is above an edge is not what the surface does beside it: then levels stay as they are.
                 Some(changes) if lifting > 0 && leads_away(&changes) => lifting = 0,
                 Some(changes) => break (places, changes),
@@ -69,7 +74,9 @@ impl Places {
         };
         let changes = if lifting > 0 { changes } else { Vec::new() };
         for (error, change) in simplified.errors.iter_mut().zip(changes) {
-            error.max += change.max * lattice.step;
+            if change.max > 0.0 {
+                error.max = change.max * lattice.step;
+            }
             error.rms *= change.squares.sqrt();
         }
         base.positions.clone_from(&places.born);
@@ -89,11 +96,12 @@ impl Places {
         splits: &[Vec<Split>],
         traces: &[Traces],
         schedule: Schedule,
+        mut moved: Option<&mut Moved>,
     ) -> Option<Vec<Change>> {
         let mut gone = vec![false; finest.len()];
         let mut changes = Vec::new();
         for (j, traces) in traces.iter().enumerate() {
-            let change = self.change(finest, traces, &simplified.weights, &gone);
+            let change = self.change(finest, traces, &simplified.weights, &gone, moved.as_deref_mut());
             changes.push(change);
             if j > 0 {
                 self.shifts[j] = schedule.shift(j, change.mean, self.shifts[j - 1]);
@@ -139,7 +147,14 @@ impl Places {
     }
 
     /// How far the level as it stands is from the input, beside the one of the same triangles with all vertices where level 0 has them.
-    fn change(&self, finest: &[[i32; 3]], traces: &Traces, weights: &[f32], gone: &[bool]) -> Change {
+    fn change(
+        &self,
+        finest: &[[i32; 3]],
+        traces: &Traces,
+        weights: &[f32],
+        gone: &[bool],
+        moved: Option<&mut Moved>,
+    ) -> Change {
         let point = |p: [i32; 3]| DVec3::from_array(p.map(f64::from));
         let (mut before, mut after, mut mean, mut total) = (0.0, 0.0, 0.0, 0.0);
         for (k, probe) in traces.probes.iter().enumerate() {
@@ -159,15 +174,12 @@ impl Places {
         // No point of a triangle has moved farther than its corners.
         let apart = |v: usize| point(finest[v]).distance_squared(point(self.born[v]));
         let farthest = (0..gone.len()).filter(|&v| !gone[v]).map(apart).fold(0.0, f64::max).sqrt();
-        let of_triangle =
-            |corners: &[Vertex; 3]| corners.map(|v| apart(v.index())).into_iter().fold(0.0, f64::max).sqrt();
-        let far = traces.far.iter().map(|(corners, distance)| distance + of_triangle(corners));
-        let max = far.fold(0.5 * traces.most + farthest, f64::max);
+        let max = moved.map_or(traces.most, |moved| moved.error(traces, &self.born, farthest));
         // What a lattice moves at random is in both.
         let rounding = total / 12.0;
         let (squares, mean) =
             if total > 0.0 { ((after + rounding) / (before + rounding), mean / total) } else { (1.0, 0.0) };
-        Change { max: (max - traces.most).max(0.0), squares, mean }
+        Change { max, squares, mean }
     }
 }
 

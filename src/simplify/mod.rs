@@ -9,6 +9,7 @@ mod covering;
 mod frame;
 mod level;
 mod metric;
+mod moved;
 mod nearest;
 mod parity;
 mod paths;
@@ -21,6 +22,7 @@ mod shadow;
 mod star;
 
 pub use covering::{LevelError, Probe, Traces};
+pub use moved::Moved;
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
@@ -124,6 +126,8 @@ pub struct Simplified {
     pub traces: Vec<Traces>,
     /// Of each vertex of the input a third of the area round it.
     pub weights: Vec<f32>,
+    /// The mesh as it was given.
+    pub input: CornerTable,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -190,7 +194,8 @@ pub fn simplify(
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
     let Remover { table: base, history, covering, .. } = remover;
-    Ok(Simplified { base, history, errors, traces, weights: covering.into_weights(), seconds })
+    let (weights, input) = covering.into_parts();
+    Ok(Simplified { base, history, errors, traces, weights, input, seconds })
 }
 
 /// Vertices to stop at for a mesh of so many vertices, some of them locked, where [`Options::base_vertices`] is not given: however many

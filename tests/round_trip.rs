@@ -106,6 +106,25 @@ fn the_undo_log_goes_down_and_up_again() {
     );
 }
 
+/// Wherever a prefix ends, most of it is seen: an atom is no more than an eighth of what comes before it, but for those near the
+/// beginning.
+#[test]
+fn an_atom_is_a_small_share_of_what_comes_before() {
+    let file = Encoder::new(Options::default()).encode_to_vec(&shapes::bumpy_sphere(5, 1)).unwrap();
+    let contents = parse_contents(&file).unwrap().unwrap();
+    let begin = contents.atoms[0].offset;
+    // An operation and the coder's last bytes lie beyond the mark.
+    let slack = 32;
+    let steps = &contents.atoms[contents.steps(0).start..contents.steps(0).end];
+    assert!(steps.len() > 1, "a level of {} bytes", steps[0].length);
+    for atom in &contents.atoms[..contents.steps(0).end] {
+        let share = (atom.offset - begin) / 8;
+        assert!(u64::from(atom.length) <= share.max(2048) + slack, "{} of {}", atom.length, atom.offset);
+    }
+    // It is worth its entry in the table: all but the last of a level are as long as they may be.
+    assert!(steps.windows(2).all(|pair| pair[0].length >= 2048 - slack as u32));
+}
+
 #[test]
 fn the_same_input_gives_the_same_bytes() {
     let mesh = shapes::bumpy_sphere(4, 3);

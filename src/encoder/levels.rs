@@ -33,6 +33,8 @@ pub struct Levels<'a> {
     places: &'a Places,
     options: &'a Options,
     pieces: Vec<Piece>,
+    /// Bytes of the base and of the pieces.
+    written: usize,
     keyframes: Vec<(u32, Written)>,
     /// Vertices and triangles of each level, by number.
     counts: Vec<(u32, u32)>,
@@ -63,6 +65,7 @@ impl<'a> Levels<'a> {
             places,
             options,
             pieces: Vec::new(),
+            written: written.payload.len(),
             keyframes: vec![(base_level as u32, written)],
             counts,
             pass: None,
@@ -151,6 +154,17 @@ impl<'a> Levels<'a> {
         report.position_bits = self.position_bits;
     }
 
+    /// Bytes after which the next atom ends: in proportion to those before it, since nothing is seen of an atom of which the end is missing,
+    /// and that is to be a small share of a prefix whatever its length.
+    fn atom_bytes(&self) -> usize {
+        (self.written / BEFORE).max(LEAST_ATOM).min(self.options.atom_bytes)
+    }
+
+    fn push(&mut self, piece: Piece) {
+        self.written += piece.bytes.len();
+        self.pieces.push(piece);
+    }
+
     fn sharpen(&mut self, j: u32, models: &mut SegmentModels) {
         let [from, to] = [j + 1, j].map(|j| self.places.cells(j as usize).precision);
         if from == to {
@@ -162,9 +176,10 @@ impl<'a> Levels<'a> {
         let known = |v: crate::mesh::Vertex| places.lost[v.index()];
         let mut over = false;
         while !over {
+            let atom_bytes = self.atom_bytes();
             let mut coder = RangeEncoder::default();
             let mut items = 0;
-            while items == 0 || coder.size() < self.options.atom_bytes {
+            while items == 0 || coder.size() < atom_bytes {
                 let step = pass.step(&mut self.mesh, models, &mut coder, known);
                 over = step.expect("a writer does not run out of bytes").is_none();
                 if over {
@@ -175,7 +190,7 @@ impl<'a> Levels<'a> {
             self.position_bits += coder.bits();
             if items > 0 {
                 let bytes = coder.finish();
-                self.pieces.push(Piece { kind: AtomKind::Precision, level: j, items, triangles: 0, bytes });
+                self.push(Piece { kind: AtomKind::Precision, level: j, items, triangles: 0, bytes });
             }
         }
     }
@@ -190,9 +205,10 @@ impl<'a> Levels<'a> {
         };
         let mut left = history.level(j).len();
         while left > 0 {
+            let atom_bytes = self.atom_bytes();
             let mut coder = RangeEncoder::default();
             let (mut items, before) = (0, self.mesh.table.triangle_count());
-            while left > 0 && (items == 0 || coder.size() < self.options.atom_bytes) {
+            while left > 0 && (items == 0 || coder.size() < atom_bytes) {
                 pass.step(&mut self.mesh, models, &mut coder, &mut answers)
                     .expect("a writer knows its positions to be on the lattice")
                     .expect("the walk of a level meets all its operations");
@@ -202,10 +218,15 @@ impl<'a> Levels<'a> {
             let triangles = (self.mesh.table.triangle_count() - before) as u32;
             self.connectivity_bits += coder.bits();
             let bytes = coder.finish();
-            self.pieces.push(Piece { kind: AtomKind::Refinement, level: j as u32, items, triangles, bytes });
+            self.push(Piece { kind: AtomKind::Refinement, level: j as u32, items, triangles, bytes });
         }
         self.connectivity_bits -= pass.position_bits;
         self.position_bits += pass.position_bits;
         self.pass = Some(pass);
     }
 }
+
+/// How many times as many bytes an atom has before it.
+const BEFORE: usize = 8;
+/// Bytes that an atom has at least: its entry in the table and the coder's last bytes, about ten, are half a percent of them.
+const LEAST_ATOM: usize = 2048;

@@ -37,7 +37,8 @@ pub struct Options {
     pub attribute_bits: Vec<(String, u32)>,
     /// Whether splits and flips are coded under more models each: about 1 % fewer bytes, decoded a little more slowly.
     pub rich_models: bool,
-    /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
+    /// Bytes after which a refinement atom ends at the latest, with the operation under way; 1 to 60,000. Where little comes before it, it
+    /// ends sooner, but at no fewer than 2,048.
     pub atom_bytes: usize,
     /// Most memory to use, in bytes, as estimated beforehand.
     pub max_memory: u64,

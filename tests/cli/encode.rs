@@ -106,7 +106,17 @@ fn the_json_of_info_and_encode() {
         ["bits", "bits_per_vertex", "joined", "locked_vertices", "peak_bytes", "seconds", "warnings"]
     );
     assert_eq!(keys(&encoded["seconds"]), ["code", "condition", "read", "simplify", "write"]);
-    let bits = ["base", "connectivity", "correction", "geometry", "keyframes", "order", "other", "residue"];
+    let bits = [
+        "attributes",
+        "base",
+        "connectivity",
+        "correction",
+        "geometry",
+        "keyframes",
+        "order",
+        "other",
+        "residue",
+    ];
     assert_eq!(keys(&encoded["bits"]), bits);
     let total: f64 = bits.iter().map(|name| encoded["bits"][name].as_f64().unwrap()).sum();
     assert!((total / 8.0 - info["file_bytes"].as_f64().unwrap()).abs() < 1e-6, "{total} bits");

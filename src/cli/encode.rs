@@ -1,6 +1,7 @@
 //! `unweld encode`: from a foreign mesh to a `.uwm` file.
 
 use super::args::{Preview, Profile, Simplification, is_stream, keyframes, size, value_name};
+use super::attribute_args;
 use super::batch;
 use super::describe::Description;
 use super::failure::{Usage, line, note};
@@ -79,6 +80,8 @@ pub struct Args {
     /// No progress bar and no report
     #[arg(long, short)]
     pub(super) quiet: bool,
+    #[command(flatten)]
+    attributes: attribute_args::Choice,
     #[command(flatten)]
     lattice: lattice::Choice,
     #[command(flatten)]
@@ -175,11 +178,13 @@ pub fn encode_to(
 ) -> anyhow::Result<Done> {
     let start = Instant::now();
     let reading = Reading { max_memory: args.max_memory.unwrap_or(DEFAULT_MEMORY), force: args.force };
-    let Mesh { source, level } =
+    let Mesh { mut source, level } =
         Mesh::read(input, args.level, reading, progress).map_err(|e| hinted(e, reading, input))?;
     if args.strict {
         refuse_losses(&source, input)?;
     }
+    let left_out = args.attributes.drop_from(&mut source.mesh);
+    source.dropped.extend(left_out);
     let read = start.elapsed().as_secs_f64();
     let kept = Kept::new(args, level.as_ref());
     let (options, settings) = (options(args, kept, &source), settings(args, kept));
@@ -332,6 +337,7 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
         lifting: args.lifting,
+        attribute_bits: args.attributes.bits(&source.mesh),
         lock_boundary: args.simplification.lock_boundary,
         rich_models: args.profile.of_library().rich_models(),
         weld: args.simplification.weld,
@@ -358,6 +364,7 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
         ("keyframes".to_owned(), keyframes),
     ]);
+    settings.extend(args.attributes.settings());
     settings.extend(args.simplification.settings());
     settings.retain(|(name, value)| !DEFAULTS.contains(&(name, value)));
     settings
@@ -477,6 +484,7 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode scene.obj -o scene.uwm --strict
+  unweld encode scene.obj -o scene.uwm --bits uv=14,normal=8 --drop color
   unweld encode part.stl -o part.uwm --weld 0.0001 --exact
   unweld encode bunny.ply -o bunny.uwm --position-bits auto:0.0005
   unweld encode tiles/ -o coded/ --lattice-step 0.0009765625 --lattice-origin 4600000,5300000,0 --lock-boundary

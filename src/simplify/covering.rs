@@ -16,13 +16,16 @@ pub struct Covering {
     weights: Vec<f32>,
     /// Squared distance of each vertex from the triangle that covers it; 0 for those of the mesh.
     distances: Vec<f32>,
+    /// Weights times squared distances of the vertices of components that are left out.
+    missing: f64,
     /// Where the edges run on the input.
     pub paths: Paths,
     /// Room for the triangles of one star.
     patches: Vec<Patch>,
 }
 
-/// How far a level and the input are apart, in the input's units; but for the input's residue, which levels do not have.
+/// How far a level and the input are apart, in the input's units; but for the input's residue, which levels do not have. A component that a
+/// level lacks counts with its size, the diagonal of its bounding box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
     /// Largest distance of a point of either surface from the other one: a bound before the level's vertices are moved to the lattice,
@@ -42,6 +45,8 @@ pub struct Traces {
     pub far: Vec<([Vertex; 3], f64)>,
     /// The largest distance.
     pub most: f64,
+    /// What components that are left out make of the mean squared distance, in the square of the input's units.
+    pub missing: f64,
 }
 
 /// A vertex of the input, and where a level has it.
@@ -76,6 +81,7 @@ impl Covering {
             next: vec![NONE; count],
             weights,
             distances: vec![0.0; count],
+            missing: 0.0,
             paths: Paths::new(table),
             patches: Vec::new(),
         }
@@ -88,6 +94,12 @@ impl Covering {
             out.push(Vertex(at));
             at = self.next[at as usize];
         }
+    }
+
+    /// The component of a vertex is left out, and is so large, squared: as far off the vertex counts.
+    pub fn miss(&mut self, v: Vertex, squared: f64) {
+        self.distances[v.index()] = squared as f32;
+        self.missing += f64::from(self.weights[v.index()]) * squared;
     }
 
     /// The largest squared distance known of a triangle whose vertices have been taken off: of these and of the edges' paths.
@@ -149,7 +161,10 @@ impl Covering {
             (distance > 0.5 * most - rounding && distance > 0.0)
                 .then(|| (table.triangle(t), (distance + rounding).min(most)))
         });
-        Traces { probes: self.probes(table, places), far: far.collect(), most }
+        let unit = places.frame.length(1.0);
+        let total: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
+        let missing = if total > 0.0 { self.missing / total * unit * unit } else { 0.0 };
+        Traces { probes: self.probes(table, places), far: far.collect(), most, missing }
     }
 
     /// Some of the input's vertices, picked at random.

@@ -61,6 +61,9 @@ pub struct Args {
     /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
+    /// All levels have all components, however small; otherwise each appears where a level is nearer to the input than it is large
+    #[arg(long)]
+    keep_components: bool,
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
     #[arg(long, value_name = "LEVELS", default_value = "none", value_parser = keyframes)]
     keyframes: Keyframes,
@@ -333,6 +336,7 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         preview: args.preview.of_library(),
         lifting: args.lifting,
         lock_boundary: args.simplification.lock_boundary,
+        births: !args.keep_components,
         rich_models: args.profile.of_library().rich_models(),
         weld: args.simplification.weld,
         max_memory: args.max_memory.unwrap_or(u64::MAX),
@@ -356,6 +360,7 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
         ("preview".to_owned(), value_name(&args.preview)),
         ("lifting".to_owned(), args.lifting.to_string()),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
+        ("keep-components".to_owned(), args.keep_components.to_string()),
         ("keyframes".to_owned(), keyframes),
     ]);
     settings.extend(args.simplification.settings());
@@ -364,7 +369,7 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 13] = [
+const DEFAULTS: [(&str, &str); 14] = [
     ("position-bits", "14"),
     ("exact", "false"),
     ("keep-order", "false"),
@@ -372,6 +377,7 @@ const DEFAULTS: [(&str, &str); 13] = [
     ("preview", "auto"),
     ("lifting", "13"),
     ("base-vertices", "auto"),
+    ("keep-components", "false"),
     ("keyframes", "none"),
     ("method", "stellar"),
     ("choices", "8"),
@@ -425,11 +431,12 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 8] {
+fn parts(report: &Report) -> [(&'static str, f64); 9] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),
         ("base", report.base_bits),
+        ("births", report.birth_bits),
         ("residue", report.residue_bits),
         ("correction", report.correction_bits),
         ("order", report.order_bits),

@@ -187,6 +187,13 @@ impl Contents {
         last.filter(|atom| atom.kind == AtomKind::Birth).map_or([0; 2], |atom| [atom.items, atom.triangles])
     }
 
+    /// How many operations some atoms have.
+    pub fn operations(&self, atoms: Range<usize>) -> u64 {
+        let atoms = self.atoms.get(atoms).unwrap_or_default();
+        let refinements = atoms.iter().filter(|atom| atom.kind == AtomKind::Refinement);
+        refinements.map(|atom| u64::from(atom.items)).sum()
+    }
+
     /// The atoms of the keyframe of level `j`, or `None` where it has none.
     pub fn keyframe(&self, j: u32) -> Option<Range<usize>> {
         self.keyframes.get(j as usize).filter(|run| !run.is_empty()).cloned()

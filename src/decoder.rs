@@ -1,9 +1,11 @@
 //! The decoder: bytes in any chunking go in, events come out, the mesh stands ready between them (spec §1).
 
 mod finest;
+mod foreign;
 mod log;
 mod session;
 
+use crate::codec::attributes::Attributes;
 use crate::codec::correction::Correction;
 use crate::codec::order::Order;
 use crate::codec::residue::Residue;
@@ -119,6 +121,8 @@ pub enum Event {
     },
     /// Level 0's residue is known: see [`Decoder::assembled`].
     Residue,
+    /// Level 0's attributes are known: see [`Decoder::attributes`] and [`Decoder::assembled`].
+    Attributes,
     /// Level 0's coordinates are known exactly: see [`Decoder::assembled`].
     Correction,
     /// The order of the input's vertices and triangles is known: see [`Decoder::assembled`].
@@ -313,6 +317,11 @@ impl Decoder {
         self.session.finest.residue.as_ref()
     }
 
+    /// The attributes of level 0, once known, where the file has them.
+    pub fn attributes(&self) -> Option<&Attributes> {
+        self.session.finest.attributes.as_ref()
+    }
+
     /// The input's coordinates, once known, where the file has them.
     pub fn correction(&self) -> Option<&Correction> {
         self.session.finest.correction.as_ref()
@@ -338,7 +347,7 @@ impl Decoder {
         self.session.work()
     }
 
-    /// The mesh as positions and triangles; at level 0, once residue, correction and order are known, everything the
+    /// The mesh as positions and triangles; at level 0, once residue, attributes, correction and order are known, everything the
     /// input had: its coordinates bit for bit where the file has a correction, its lists of vertices and triangles where it
     /// has an order.
     ///

@@ -1,5 +1,6 @@
 //! The encoder: simplify, code, write. Here these rooms meet, and only here.
 
+mod attributes;
 mod finish;
 mod grids;
 mod levels;
@@ -77,7 +78,7 @@ pub struct Encoder<'a> {
 pub struct Source {
     /// The input's name.
     pub name: String,
-    /// What was lost before there was a mesh. Attributes and materials of the mesh itself need not be named: the encoder sees them.
+    /// What was lost before there was a mesh.
     pub dropped: Vec<String>,
     /// Whether its coordinates were binary32.
     pub float32: bool,
@@ -123,6 +124,7 @@ impl<'a> Encoder<'a> {
     pub fn encode(&mut self, mesh: &IndexedMesh, out: &mut impl Write) -> Result<Report> {
         let start = Instant::now();
         self.check(mesh)?;
+        attributes::check(mesh, &self.options)?;
         let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
         let (min, max) = lattice::bounds(used).ok_or_else(|| parameter("the mesh has no triangles"))?;
         let lattice = self.options.lattice_over(min, max)?;
@@ -158,28 +160,31 @@ impl<'a> Encoder<'a> {
             FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &places, &lattice));
         file.coding = Coding { lifting: places.lifting, rich_models: options.rich_models };
         let mut report = Report::new(found, &simplified, mesh.diagonal());
-        report.dropped = self.dropped(mesh);
+        report.dropped = self.source.dropped.clone();
         report.locked_vertices = locked_vertices;
         report.joined = joined;
         report.lattice_is_exact = lattice.is_exact();
         report.residue = payloads.counts;
         let mut work = levels.work()?;
         levels.add_to(&mut file, &mut report);
+        file.attributes = finish.entries().to_vec();
+        report.attribute_bits = payloads.attributes.len() as f64 * 8.0;
         report.residue_bits = payloads.residue.len() as f64 * 8.0;
         report.correction_bits = payloads.correction.len() as f64 * 8.0;
         file.payload(AtomKind::Residue, 0, &payloads.residue);
+        file.payload(AtomKind::Attributes, 0, &payloads.attributes);
         report.order_bits = payloads.order.len() as f64 * 8.0;
         file.payload(AtomKind::Correction, 0, &payloads.correction);
         file.payload(AtomKind::Order, 0, &payloads.order);
         let mut before = 0;
-        let beyond = [&payloads.residue, &payloads.correction, &payloads.order];
+        let beyond = [&payloads.residue, &payloads.attributes, &payloads.correction, &payloads.order];
         for (payload, after) in
             beyond.into_iter().zip(payloads.work).filter(|(payload, _)| !payload.is_empty())
         {
             work.read(payload.len(), after - before)?;
             before = after;
         }
-        let mut metadata = self.metadata(&report, payloads.copies);
+        let mut metadata = self.metadata(mesh, &report, payloads.copies);
         metadata.shorten(&file.header());
         let metadata = metadata.encode()?;
         work.read(metadata.len(), metadata.len() as u64)?;
@@ -267,12 +272,7 @@ impl<'a> Encoder<'a> {
         Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 
-    /// Nothing is left out without a word.
-    fn dropped(&self, mesh: &IndexedMesh) -> Vec<String> {
-        [self.source.dropped.clone(), mesh.uncoded()].concat()
-    }
-
-    fn metadata(&self, report: &Report, copies: usize) -> Metadata {
+    fn metadata(&self, mesh: &IndexedMesh, report: &Report, copies: usize) -> Metadata {
         let mut conditioning = report::conditioning_counts(&report.conditioning);
         if copies > 0 {
             conditioning.push(("copies".to_owned(), copies as u64));
@@ -283,8 +283,11 @@ impl<'a> Encoder<'a> {
             settings: self.settings(&report.conditioning),
             dropped: report.dropped.clone(),
             conditioning,
+            part_names: mesh.part_names.clone(),
+            libraries: mesh.libraries.clone(),
             diagonal: Some(report.diagonal.min(f64::MAX)),
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
+            ..Metadata::default()
         }
     }
 

@@ -10,6 +10,8 @@ pub const MAX_ATOMS: u32 = 1 << 20;
 pub const MAX_LEVELS: u32 = 4096;
 /// Largest part of a vertex's height over its edge by which the ends of the edge move, in 64ths (spec §5.4.5).
 pub const MAX_LIFTING: u8 = 32;
+/// Most attributes of a mesh (spec §3.2).
+pub const MAX_ATTRIBUTES: u8 = 64;
 /// Most vertices or triangles; corner indices stay below 2^32.
 pub const MAX_ELEMENTS: u32 = 1 << 30;
 /// Most bytes of the table of contents, its checksum included: its length has three bytes (spec §3.2).

@@ -11,7 +11,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("simplify", &["refine", "mesh"]),
     ("entropy", &[]),
     ("codec", &["refine", "mesh", "entropy"]),
-    ("container", &["entropy::varint", "mesh::lattice", "mesh::Lattice"]),
+    ("container", &["entropy::varint", "mesh::attributes", "mesh::lattice", "mesh::Lattice"]),
     ("encoder", &["simplify", "codec", "refine", "mesh", "container", "entropy"]),
     ("decoder", &["codec", "refine", "mesh", "container", "entropy"]),
     ("wasm", &["decoder", "container", "codec", "refine", "mesh"]),

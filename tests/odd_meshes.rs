@@ -10,8 +10,9 @@ use std::f64::consts::TAU;
 
 use unweld::decoder;
 use unweld::encoder::{Encoder, Options, Source};
+use unweld::mesh::attributes::{Attribute, Semantic, Values};
 use unweld::mesh::topology::ConditioningReport;
-use unweld::mesh::{CornerAttribute, IndexedMesh, shapes};
+use unweld::mesh::{IndexedMesh, shapes};
 
 /// Encodes, decodes, compares; returns what conditioning found.
 fn there_and_back(mesh: &IndexedMesh) -> ConditioningReport {
@@ -218,18 +219,13 @@ fn attributes_and_materials_are_told_where_they_are_left_out() {
     let mut mesh = shapes::tetrahedron();
     assert!(mesh.uncoded().is_empty());
     let corners = (0..3 * mesh.triangles.len() as u32).collect();
-    mesh.attributes.push(CornerAttribute {
-        name: "uv".into(),
-        components: 2,
-        values: vec![0.5; 24],
-        corners,
-    });
-    mesh.materials = vec![4, 0, 4, 4];
+    mesh.attributes.push(Attribute::new(Semantic::TexCoord, 2, Values::F64(vec![0.5; 24]), corners));
+    mesh.attributes.push(Attribute::parts(&[4, 0, 4, 4]));
     let mut encoder = Encoder::default();
     encoder.source(Source { dropped: vec!["lines (2)".into()], ..Source::default() });
     let mut file = Vec::new();
     let report = encoder.encode(&mesh, &mut file).unwrap();
-    let expected = ["lines (2)", "uv (2 numbers, 12 values)", "materials (2)"];
+    let expected = ["lines (2)", "uv (2 numbers, 12 values)", "part (1 numbers, 2 values)"];
     assert_eq!(report.dropped, expected);
     let decoder = decoder::decode(&file, decoder::Options::default()).unwrap();
     assert_eq!(decoder.metadata().unwrap().dropped, expected);

@@ -438,6 +438,7 @@ fn parts(report: &Report) -> [(&'static str, f64); 9] {
         ("base", report.base_bits),
         ("births", report.birth_bits),
         ("residue", report.residue_bits),
+        ("attributes", report.attribute_bits),
         ("correction", report.correction_bits),
         ("order", report.order_bits),
         ("keyframes", report.keyframe_bits),

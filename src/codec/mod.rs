@@ -2,6 +2,7 @@
 
 #[cfg(feature = "encode")]
 pub(crate) mod answers;
+pub mod attributes;
 mod context;
 pub mod correction;
 pub(crate) mod edgebreaker;

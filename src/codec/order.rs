@@ -20,6 +20,8 @@ pub struct Order {
     pub vertices: Vec<u32>,
     /// The triangles of the input, by its vertices.
     pub triangles: Vec<[u32; 3]>,
+    /// Which triangle of the whole each of them is; known to readers.
+    pub origins: Vec<Origin>,
 }
 
 /// Which triangle of the whole a triangle of the input is: its place, and at which corner of that it begins, 0 to 2.
@@ -70,7 +72,7 @@ impl Order {
         order.code(&Surface::new(mesh, residue, walk), whole, count, &[], &mut coder, budget)?;
         coder.finish()?;
         budget.give_memory(mesh.table.slots(), BYTES_A_SLOT);
-        budget.give_memory(triangles, BYTES_A_TRIANGLE - BYTES_KEPT);
+        budget.give_memory(triangles, BYTES_A_TRIANGLE - BYTES_KEPT - size_of::<Origin>());
         budget.give_memory(count, BYTES_A_VERTEX - BYTES_KEPT);
         Ok(order)
     }
@@ -91,7 +93,7 @@ impl Order {
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         budget.take_work(WORK_AN_ITEM * (whole.triangles.len() + count) as u64)?;
-        let mut corners = triangles::code(surface, whole, origins, coder)?;
+        let (mut corners, origins) = triangles::code(surface, whole, origins, coder)?;
         let instances = instances::code(self, &mut corners, count, coder, budget)?;
         let numbers = vertices::code(self, &corners, &instances, coder)?;
         self.vertices.resize(instances.len(), 0);
@@ -102,6 +104,7 @@ impl Order {
             *triangle = triangle.map(|instance| numbers[instance as usize]);
         }
         self.triangles = corners;
+        self.origins = origins;
         Ok(())
     }
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use super::attributes::AttributeEntry;
 use super::checksum;
 use super::header::Header;
 use super::want::Measure;
@@ -56,6 +57,8 @@ pub enum AtomKind {
     Correction,
     /// The order of the input's vertices and triangles.
     Order,
+    /// Values of attributes.
+    Attributes,
     /// Something this version does not know and may skip; 128 or above.
     Optional(u8),
 }
@@ -69,6 +72,7 @@ impl AtomKind {
             5 => Self::Keyframe,
             6 => Self::Correction,
             7 => Self::Order,
+            8 => Self::Attributes,
             128.. => Self::Optional(byte),
             _ => return None,
         })
@@ -84,6 +88,7 @@ impl AtomKind {
             Self::Keyframe => Some(5),
             Self::Correction => Some(6),
             Self::Order => Some(7),
+            Self::Attributes => Some(8),
             Self::Optional(byte) => Some(byte),
         }
     }
@@ -98,8 +103,9 @@ impl AtomKind {
             Self::Refinement => (1, depth, 1),
             Self::Birth => (1, depth, 2),
             Self::Residue => (2, 0, 0),
-            Self::Correction => (2, 0, 1),
-            Self::Order => (2, 0, 2),
+            Self::Attributes => (2, 0, 1),
+            Self::Correction => (2, 0, 2),
+            Self::Order => (2, 0, 3),
             Self::Metadata => (3, 0, 0),
             Self::Keyframe => (4, depth, 0),
             Self::Optional(_) => return None,
@@ -112,7 +118,7 @@ impl AtomKind {
 pub struct Atom {
     /// What it holds.
     pub kind: AtomKind,
-    /// The level it belongs to or leads to; 0 for residue, correction, order, metadata and [`AtomKind::Optional`].
+    /// The level it belongs to or leads to; 0 for residue, attributes, correction, order, metadata and [`AtomKind::Optional`].
     pub level: u32,
     /// Where it starts, in bytes from the start of the file.
     pub offset: u64,
@@ -148,11 +154,14 @@ pub struct Contents {
     pub header: Header,
     /// The levels, by number.
     pub levels: Vec<Level>,
+    /// The attributes, in the order of the file.
+    pub attributes: Vec<AttributeEntry>,
     /// The atoms, in the order of the file.
     pub atoms: Vec<Atom>,
     pub(super) steps: Vec<Range<usize>>,
     pub(super) keyframes: Vec<Range<usize>>,
     pub(super) residue: Range<usize>,
+    pub(super) attribute_atoms: Range<usize>,
     pub(super) correction: Range<usize>,
     pub(super) order: Range<usize>,
     pub(super) metadata: Range<usize>,
@@ -204,6 +213,11 @@ impl Contents {
         self.residue.clone()
     }
 
+    /// The atoms of the attributes' values; empty where there are no attributes.
+    pub fn attribute_atoms(&self) -> Range<usize> {
+        self.attribute_atoms.clone()
+    }
+
     /// The correction's atoms; empty where coordinates are those of the lattice.
     pub fn correction(&self) -> Range<usize> {
         self.correction.clone()
@@ -215,7 +229,7 @@ impl Contents {
     }
 
     /// The atoms that level `j` takes, from the first of the file: its prefix (spec §3.7). Level 0 is the whole mesh, and takes residue,
-    /// correction, order and metadata too, all but the keyframes. A level coarser than the base is taken for the base.
+    /// attributes, correction, order and metadata too, all but the keyframes. A level coarser than the base is taken for the base.
     pub fn prefix(&self, j: u32) -> Range<usize> {
         match j.min(self.base_level()) {
             0 => {

@@ -59,6 +59,20 @@ impl<'a> Fields<'a> {
         Ok(value)
     }
 
+    /// A finite binary32 where it is `short`, else a finite binary64.
+    pub fn real(&mut self, short: bool, name: &str) -> Result<f64, FormatError> {
+        if short { self.f32(name) } else { self.f64(name) }
+    }
+
+    /// So many bytes.
+    pub fn bytes(&mut self, count: usize) -> Result<&'a [u8], FormatError> {
+        let at = self.offset();
+        let (taken, rest) =
+            self.rest.split_at_checked(count).ok_or_else(|| self.fault(at, NO_ROOM.to_owned()))?;
+        self.rest = rest;
+        Ok(taken)
+    }
+
     /// A variable-length integer of at most `limit` (spec §3.6).
     pub fn count(&mut self, limit: u32, name: &str) -> Result<u32, FormatError> {
         let at = self.offset();
@@ -75,12 +89,20 @@ impl<'a> Fields<'a> {
         if holds { Ok(()) } else { Err(self.fault(at, what())) }
     }
 
-    fn fault(&self, at: u64, what: String) -> FormatError {
+    /// A fault at `at`.
+    pub fn fault(&self, at: u64, what: String) -> FormatError {
         FormatError::new(at, self.section, what)
     }
 
     fn fixed<T>(&mut self, read: impl FnOnce(&mut &[u8]) -> std::io::Result<T>) -> Result<T, FormatError> {
         let at = self.offset();
-        read(&mut self.rest).map_err(|_| self.fault(at, "a field has no room left".to_owned()))
+        read(&mut self.rest).map_err(|_| self.fault(at, NO_ROOM.to_owned()))
     }
 }
+
+/// Whether a binary32 holds it to the last bit, the sign of zero included.
+pub(super) fn is_short(x: f64) -> bool {
+    f64::from(x as f32).to_bits() == x.to_bits()
+}
+
+const NO_ROOM: &str = "a field has no room left";

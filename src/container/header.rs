@@ -1,9 +1,9 @@
 //! The header, of a fixed size (spec §3.2), and what is told with it at the front of the table of contents (spec §3.3).
 
 use crate::error::FormatError;
-use crate::limits::MAX_LIFTING;
 #[cfg(any(test, feature = "encode"))]
 use crate::limits::MAX_TABLE_BYTES;
+use crate::limits::{MAX_ATTRIBUTES, MAX_LIFTING};
 use crate::mesh::lattice::Lattice;
 
 /// What a file tells of the whole mesh before all else.
@@ -106,7 +106,7 @@ impl Start {
 
     /// How refinements are coded: what only a sound header need tell.
     pub fn coding(&self) -> Result<Coding, FormatError> {
-        let [_, _, _, _, _, _, _, _, _, _, lifting, models, reserved, ..] = self.bytes;
+        let [_, _, _, _, _, _, _, _, _, _, lifting, models, ..] = self.bytes;
         let refuse = |at, what| Err(FormatError::new(at, "3.2", what));
         if lifting > MAX_LIFTING {
             return refuse(10, format!("a lifting of {lifting} 64ths; allowed 0 to {MAX_LIFTING}"));
@@ -114,19 +114,27 @@ impl Start {
         if models > 1 {
             return refuse(11, format!("unknown set of models {models}"));
         }
-        if reserved != 0 {
-            return refuse(12, "the reserved byte is not zero".to_owned());
-        }
         Ok(Coding { lifting, rich_models: models == 1 })
     }
 
-    /// The header of a table of so many bytes; `None` where they are too many.
+    /// How many attributes the table tells of; what only a sound header need tell.
+    pub fn attributes(&self) -> Result<u8, FormatError> {
+        let [_, _, _, _, _, _, _, _, _, _, _, _, count, ..] = self.bytes;
+        if count > MAX_ATTRIBUTES {
+            let what = format!("{count} attributes, allowed {MAX_ATTRIBUTES}");
+            return Err(FormatError::new(12, "3.2", what));
+        }
+        Ok(count)
+    }
+
+    /// The header of a table of so many bytes that tells of so many attributes; `None` where they are too many.
     #[cfg(any(test, feature = "encode"))]
-    pub fn new(table_bytes: u32, coding: Coding) -> Option<Self> {
+    pub fn new(table_bytes: u32, coding: Coding, attributes: usize) -> Option<Self> {
+        let attributes = u8::try_from(attributes).ok().filter(|&count| count <= MAX_ATTRIBUTES)?;
         let mut bytes = [0; Header::SIZE];
         bytes[..8].copy_from_slice(&MAGIC);
         bytes[8..10].copy_from_slice(&VERSION.to_le_bytes());
-        bytes[10..12].copy_from_slice(&[coding.lifting, u8::from(coding.rich_models)]);
+        bytes[10..13].copy_from_slice(&[coding.lifting, u8::from(coding.rich_models), attributes]);
         bytes[13..].copy_from_slice(&table_bytes.to_le_bytes()[..3]);
         (table_bytes <= MAX_TABLE_BYTES).then_some(Self { table_bytes, bytes })
     }
@@ -146,13 +154,17 @@ mod tests {
     #[test]
     fn golden_bytes() {
         let start = Start::read(&GOLDEN_HEADER).unwrap();
-        assert_eq!((start.table_bytes, start.coding()), (47, Ok(Coding::default())));
-        assert_eq!(Start::new(47, Coding::default()), Some(start));
+        assert_eq!(
+            (start.table_bytes, start.coding(), start.attributes()),
+            (47, Ok(Coding::default()), Ok(0))
+        );
+        assert_eq!(Start::new(47, Coding::default(), 0), Some(start));
         let coding = Coding { lifting: 32, rich_models: true };
-        let start = Start::new(MAX_TABLE_BYTES, coding).unwrap();
-        assert_eq!(start.coding(), Ok(coding));
+        let start = Start::new(MAX_TABLE_BYTES, coding, 64).unwrap();
+        assert_eq!((start.coding(), start.attributes()), (Ok(coding), Ok(64)));
         assert_eq!(start.bytes[13..], [0xFF; 3]);
-        assert_eq!(Start::new(MAX_TABLE_BYTES + 1, coding), None);
+        assert_eq!(Start::new(MAX_TABLE_BYTES + 1, coding, 0), None);
+        assert_eq!([65, 256].map(|attributes| Start::new(47, coding, attributes)), [None; 2]);
     }
 
     #[test]
@@ -164,12 +176,14 @@ mod tests {
             (8, &[0, 0], 8, "written by format version 0; this decoder reads version 1"),
             (10, &[33], 10, "a lifting of 33 64ths; allowed 0 to 32"),
             (11, &[2], 11, "unknown set of models 2"),
-            (12, &[128], 12, "the reserved byte is not zero"),
+            (12, &[65], 12, "65 attributes, allowed 64"),
         ];
         for (at, bytes, offset, what) in rules {
             let mut header = GOLDEN_HEADER;
             header[at..at + bytes.len()].copy_from_slice(bytes);
-            let fault = Start::read(&header).and_then(|start| start.coding()).expect_err("a rule is broken");
+            let fault = Start::read(&header)
+                .and_then(|start| start.coding().and(start.attributes()))
+                .expect_err("a rule is broken");
             assert_eq!(fault, FormatError::new(offset, "3.2", what), "{bytes:?} at {at}");
         }
     }

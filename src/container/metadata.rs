@@ -25,6 +25,10 @@ pub struct Metadata {
     pub diagonal: Option<f64>,
     /// Whether the input's coordinates were binary32.
     pub source_float32: bool,
+    /// Names of the mesh's parts, by number; parts beyond the list have none.
+    pub part_names: Vec<String>,
+    /// Files that say what its materials look like, as the source names them.
+    pub libraries: Vec<String>,
 }
 
 /// Names of what is found in an input, in the order of their numbers in a file (spec §3.5).
@@ -60,6 +64,9 @@ struct Written {
     diagonal: Option<f64>,
     source_float32: bool,
 }
+
+/// The lists behind them, left out where both are empty.
+type Lists = (Vec<String>, Vec<String>);
 
 impl Metadata {
     /// What was found in the input, all of [`FINDINGS`] first: what is not told is what `header` has, or 0, or one component.
@@ -104,8 +111,8 @@ impl Metadata {
         let Self { generator, source, settings, dropped, diagonal, source_float32, .. } = self.clone();
         let written =
             Written { generator, source, settings, dropped, conditioning, diagonal, source_float32 };
-        let bytes =
-            bincode::serde::encode_to_vec(&written, CONFIG).map_err(|e| Error::Parameter(e.to_string()))?;
+        let lists = (self.part_names.clone(), self.libraries.clone());
+        let bytes = bytes_of(&written, &lists).map_err(|e| Error::Parameter(e.to_string()))?;
         if bytes.len() > MAX_METADATA_BYTES {
             let (needed, allowed) = (bytes.len() as u64, MAX_METADATA_BYTES as u64);
             return Err(Error::Limit { what: "metadata in bytes", needed, allowed });
@@ -122,19 +129,38 @@ impl Metadata {
         if bytes.len() > MAX_METADATA_BYTES {
             return Err(refuse(format!("{} bytes of metadata, allowed {MAX_METADATA_BYTES}", bytes.len())));
         }
-        let (written, used): (Written, usize) = bincode::serde::decode_from_slice(bytes, CONFIG)
-            .map_err(|e| refuse(format!("the metadata cannot be read: {e}")))?;
-        if used < bytes.len() {
-            return Err(refuse(format!("{} bytes behind the metadata", bytes.len() - used)));
+        let unreadable = |e| refuse(format!("the metadata cannot be read: {e}"));
+        let (written, used): (Written, usize) =
+            bincode::serde::decode_from_slice(bytes, CONFIG).map_err(unreadable)?;
+        let mut rest = &bytes[used..];
+        let mut lists = Lists::default();
+        if !rest.is_empty() {
+            let used;
+            (lists, used) = bincode::serde::decode_from_slice(rest, CONFIG).map_err(unreadable)?;
+            rest = &rest[used..];
         }
-        // Integers have longer forms too; one value has one form.
-        if bincode::serde::encode_to_vec(&written, CONFIG).is_ok_and(|again| again != bytes) {
+        if !rest.is_empty() {
+            return Err(refuse(format!("{} bytes behind the metadata", rest.len())));
+        }
+        // Integers have longer forms too, and empty lists; one value has one form.
+        if bytes_of(&written, &lists).is_ok_and(|again| again != bytes) {
             return Err(refuse("the metadata is not in its shortest form".to_owned()));
         }
         let Written { generator, source, settings, dropped, conditioning, diagonal, source_float32 } =
             written;
         let conditioning = conditioning.into_iter().map(|(number, count)| (name_of(number), count)).collect();
-        let metadata = Self { generator, source, settings, dropped, conditioning, diagonal, source_float32 };
+        let (part_names, libraries) = lists;
+        let metadata = Self {
+            generator,
+            source,
+            settings,
+            dropped,
+            conditioning,
+            diagonal,
+            source_float32,
+            part_names,
+            libraries,
+        };
         metadata.check().map_err(|what| refuse(what.to_owned()))?;
         Ok(metadata)
     }
@@ -143,6 +169,14 @@ impl Metadata {
         let fits = self.diagonal.is_none_or(|diagonal| diagonal.is_finite() && diagonal >= 0.0);
         if fits { Ok(()) } else { Err("the diagonal in the metadata is negative or not finite") }
     }
+}
+
+fn bytes_of(written: &Written, lists: &Lists) -> std::result::Result<Vec<u8>, bincode::error::EncodeError> {
+    let mut bytes = bincode::serde::encode_to_vec(written, CONFIG)?;
+    if *lists != Lists::default() {
+        bytes.extend(bincode::serde::encode_to_vec(lists, CONFIG)?);
+    }
+    Ok(bytes)
 }
 
 /// What a finding is where the metadata do not tell.
@@ -189,6 +223,7 @@ mod tests {
             conditioning: vec![("welded_vertices".to_owned(), 251), ("components".to_owned(), 2)],
             diagonal: Some(2.0),
             source_float32: true,
+            ..Metadata::default()
         }
     }
 
@@ -210,6 +245,11 @@ mod tests {
         let bytes = [&BYTES[..22], &[0, 1]].concat();
         assert_eq!(none.encode().unwrap(), bytes);
         assert_eq!(Metadata::decode(&bytes, 0).unwrap(), none);
+        let (part_names, libraries) = (vec!["p".to_owned(), String::new()], vec!["m".to_owned()]);
+        let named = Metadata { part_names, libraries, ..example() };
+        let bytes = [BYTES, &[2, 1, b'p', 0, 1, 1, b'm']].concat();
+        assert_eq!(named.encode().unwrap(), bytes);
+        assert_eq!(Metadata::decode(&bytes, 0).unwrap(), named);
     }
 
     #[test]
@@ -222,7 +262,16 @@ mod tests {
         for cut in 0..BYTES.len() {
             refused(&BYTES[..cut], "cannot be read");
         }
-        refused(&[BYTES, &[0]].concat(), "1 bytes behind");
+        for (more, why) in [
+            (&[0][..], "cannot be read"),
+            (&[1, 1, b'p'], "cannot be read"),
+            (&[1, 1, 0xFF, 0], "cannot be read"),
+            (&[0, 0], "shortest form"),
+            (&[251, 1, 0, 0, 0], "shortest form"),
+            (&[1, 0, 0, 7], "1 bytes behind"),
+        ] {
+            refused(&[BYTES, more].concat(), why);
+        }
         let changed = |at: usize, byte: u8| {
             let mut bytes = BYTES.to_vec();
             bytes[at] = byte;
@@ -304,11 +353,14 @@ mod tests {
             found in proptest::collection::vec((any::<u64>(), 0u32..64, any::<u64>()), 0..9),
             diagonal in proptest::option::of(0.0..f64::MAX),
             source_float32: bool,
+            lists: (Vec<String>, Vec<String>),
         ) {
             let (generator, source) = texts;
             let conditioning = found.into_iter().map(|(number, shift, n)| (name_of(number >> shift), n)).collect();
-            let metadata =
-                Metadata { generator, source, settings, dropped, conditioning, diagonal, source_float32 };
+            let (part_names, libraries) = lists;
+            let metadata = Metadata {
+                generator, source, settings, dropped, conditioning, diagonal, source_float32, part_names, libraries,
+            };
             prop_assert_eq!(Metadata::decode(&metadata.encode().unwrap(), 0).unwrap(), metadata);
         }
 

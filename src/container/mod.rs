@@ -1,10 +1,11 @@
 //! The `.uwm` container: framing only (spec §3). It knows levels, atoms and checksums, but no triangle.
 //!
 //! ```text
-//! | header | table of contents | base | level n-2 | ... | level 0 | residue | metadata | keyframes |
+//! | header | table of contents | base | level n-2 | ... | level 0 | residue | attributes | metadata | keyframes |
 //! 0        16                  ^ atoms, each right behind the one before
 //! ```
 
+mod attributes;
 mod checksum;
 mod contents;
 mod fields;
@@ -20,6 +21,7 @@ mod want;
 #[cfg(any(test, feature = "encode"))]
 mod write;
 
+pub use attributes::AttributeEntry;
 pub use contents::{Atom, AtomKind, Contents, Level};
 pub use header::{Coding, Header, MAGIC, VERSION};
 pub use metadata::{FINDINGS, Metadata};

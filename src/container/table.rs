@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
+use super::attributes::AttributeEntry;
 use super::checksum::SHORT;
 use super::contents::{Atom, AtomKind, Contents, Level};
-use super::fields::Fields;
+use super::fields::{Fields, is_short};
 use super::header::{Coding, Header, Start};
 use super::magnitude;
 use crate::error::FormatError;
@@ -23,19 +24,22 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
     let coding = start.coding()?;
     let mut table = Table {
         fields: Fields::new(body, at, "3.3"),
+        attributes: Vec::new(),
         atoms: Vec::new(),
         offset: at + u64::from(start.table_bytes),
         counts: [0; 2],
     };
-    let mut header = table.header(start.table_bytes, coding)?;
+    let mut header = table.header(start.table_bytes, coding, start.attributes()?)?;
     let (levels, steps) = table.levels(&mut header)?;
     let mut contents = Contents {
         keyframes: vec![0..0; levels.len()],
         header,
         levels,
+        attributes: std::mem::take(&mut table.attributes),
         atoms: Vec::new(),
         steps,
         residue: 0..0,
+        attribute_atoms: 0..0,
         correction: 0..0,
         order: 0..0,
         metadata: 0..0,
@@ -43,6 +47,10 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
     while table.fields.left() > 0 {
         table.payload(&mut contents)?;
     }
+    let (wanted, end) = (contents.attributes.len(), table.fields.offset());
+    table.fields.require(wanted == 0 || !contents.attribute_atoms.is_empty(), end, || {
+        format!("{wanted} attributes without values")
+    })?;
     contents.atoms = table.atoms;
     Ok(contents)
 }
@@ -50,6 +58,7 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
 /// A table that is being read.
 struct Table<'a> {
     fields: Fields<'a>,
+    attributes: Vec<AttributeEntry>,
     atoms: Vec<Atom>,
     /// Where the next atom starts.
     offset: u64,
@@ -73,13 +82,16 @@ struct Entry {
 
 impl Table<'_> {
     /// All but what the levels add.
-    fn header(&mut self, table_bytes: u32, coding: Coding) -> Result<Header, FormatError> {
+    fn header(&mut self, table_bytes: u32, coding: Coding, attributes: u8) -> Result<Header, FormatError> {
         let (lattice, maximum) = self.lattice()?;
         if coding.lifting > 0 && lattice.bits == Lattice::MAX_BITS {
             let what = format!("a lattice of {} bits leaves no room for lifting", lattice.bits);
             return Err(FormatError::new(10, "3.2", what));
         }
         let fields = &mut self.fields;
+        for _ in 0..attributes {
+            self.attributes.push(AttributeEntry::read(fields)?);
+        }
         let at = fields.offset();
         let level_count = fields.count(MAX_LEVELS, "the number of levels")?;
         fields.require(level_count >= 1, at, || "a file without levels".to_owned())?;
@@ -124,9 +136,9 @@ impl Table<'_> {
         )?;
         let mut origin = [0.0; 3];
         for x in &mut origin {
-            *x = self.real(form & ORIGIN_SHORT > 0, "the origin")?;
+            *x = self.fields.real(form & ORIGIN_SHORT > 0, "the origin")?;
         }
-        let step = self.real(form & STEP_SHORT > 0, "the lattice step")?;
+        let step = self.fields.real(form & STEP_SHORT > 0, "the lattice step")?;
         self.fields.require(step >= 0.0, at, || "the lattice step is negative".to_owned())?;
         self.fields.require(form >> 5 == form_of(origin, step) >> 5, at, || {
             "the lattice is not in its shortest form".to_owned()
@@ -143,10 +155,6 @@ impl Table<'_> {
             "the bounding box is not finite".to_owned()
         })?;
         Ok((lattice, maximum))
-    }
-
-    fn real(&mut self, short: bool, name: &str) -> Result<f64, FormatError> {
-        if short { self.fields.f32(name) } else { self.fields.f64(name) }
     }
 
     /// The levels by number, and the atoms that lead to each. Adds to the header what they add.
@@ -289,8 +297,12 @@ impl Table<'_> {
             self.fields
                 .require(before < Some(rank), at, || format!("{kind:?} of level {level} is out of order"))?;
         }
+        self.fields.require(kind != AtomKind::Attributes || !contents.attributes.is_empty(), at, || {
+            "values of attributes where there are no attributes".to_owned()
+        })?;
         let atoms = self.run(kind, level, None)?;
         match kind {
+            AtomKind::Attributes => contents.attribute_atoms = atoms,
             AtomKind::Residue => contents.residue = atoms,
             AtomKind::Correction => contents.correction = atoms,
             AtomKind::Order => contents.order = atoms,
@@ -403,8 +415,7 @@ fn impossible(vertices: u32, triangles: u32) -> Option<&'static str> {
 
 /// How the numbers of a lattice are written: bits a coordinate, and which of them are binary32 because that is enough.
 pub(super) fn form_of(origin: [f64; 3], step: f64) -> u8 {
-    let short = |x: f64| f64::from(x as f32).to_bits() == x.to_bits();
-    u8::from(origin.iter().all(|&x| short(x))) * ORIGIN_SHORT + u8::from(short(step)) * STEP_SHORT
+    u8::from(origin.iter().all(|&x| is_short(x))) * ORIGIN_SHORT + u8::from(is_short(step)) * STEP_SHORT
 }
 
 /// Marks in the first byte of the lattice, beside its bits: numbers that are binary32.

@@ -5,9 +5,11 @@ use std::ops::Range;
 use proptest::collection::vec;
 use proptest::prelude::*;
 
+use super::attributes::AttributeEntry;
 use super::contents::{AtomKind, Contents, Level};
 use super::header::{Coding, Header};
 use super::write::FileBuilder;
+use crate::mesh::attributes::{Domain, Quantisation, Semantic, Stored};
 use crate::mesh::lattice::Lattice;
 
 /// Three levels, a change of precision, residue, metadata, one keyframe, two optional atoms; errors that are exact in the table.
@@ -38,6 +40,80 @@ pub fn small_file() -> FileBuilder {
     file
 }
 
+/// The same with an attribute of each kind.
+pub fn attributed_file() -> FileBuilder {
+    let attribute = |semantic, components, stored, quantisation, error| AttributeEntry {
+        semantic,
+        set: 0,
+        name: String::new(),
+        domain: Domain::Corner,
+        components,
+        stored,
+        normalised: false,
+        partial: false,
+        birth: 0,
+        quantisation,
+        error,
+    };
+    let normal = attribute(Semantic::Normal, 3, Stored::F32, Quantisation::Octahedral { bits: 10 }, 0.125);
+    let lattice = Quantisation::Lattice { bits: 12, origin: vec![0.1, -0.0], step: 0.25 };
+    let uv = attribute(Semantic::TexCoord, 2, Stored::F64, lattice, 0.5);
+    let uv = AttributeEntry { set: 1, partial: true, ..uv };
+    let color = attribute(Semantic::Color, 4, Stored::U8, Quantisation::Integer, 0.0);
+    let color = AttributeEntry { normalised: true, ..color };
+    let part = attribute(Semantic::Part, 1, Stored::U32, Quantisation::Integer, 0.0);
+    let part = AttributeEntry { domain: Domain::Triangle, ..part };
+    let quality = attribute(Semantic::Generic, 16, Stored::F32, Quantisation::Raw, 0.0);
+    let quality = AttributeEntry { name: "quality".to_owned(), ..quality };
+    let mut file = small_file();
+    file.attributes = vec![normal, uv, color, part, quality];
+    file.payload(AtomKind::Attributes, 0, b"values");
+    file
+}
+
+/// Any attribute that a table may tell of.
+pub fn any_attribute() -> impl Strategy<Value = AttributeEntry> {
+    let stored = (0..Stored::ALL.len()).prop_map(|i| Stored::ALL[i]);
+    let semantic = (0..Semantic::ALL.len()).prop_map(|i| Semantic::ALL[i]);
+    let number = || prop_oneof![Just(0.0), Just(-0.0), Just(0.25), -1e9..1e9f64];
+    let lattice = (1u32..=24, vec(number(), 16), prop_oneof![Just(0.0), Just(0.25), 1e-6..1e9f64]);
+    let what = (semantic, any::<u32>(), "[ -~é]{0,12}", stored, 1usize..=16);
+    (what, any::<[bool; 3]>(), lattice, 0u8..3, 2u32..=16, 0.0..1e30f64).prop_map(
+        |(what, [triangles, normalised, partial], (bits, origin, step), kind, octahedral, error)| {
+            let (semantic, set, name, stored, components) = what;
+            let is_part = semantic == Semantic::Part;
+            let stored = if is_part { Stored::U32 } else { stored };
+            let components = match semantic {
+                Semantic::Part => 1,
+                Semantic::Normal => 3,
+                Semantic::Tangent => 4,
+                _ => components,
+            };
+            let is_unit = matches!(semantic, Semantic::Normal | Semantic::Tangent);
+            let quantisation = match kind {
+                _ if !stored.is_float() => Quantisation::Integer,
+                0 => Quantisation::Raw,
+                1 if is_unit => Quantisation::Octahedral { bits: octahedral },
+                _ => Quantisation::Lattice { bits, origin: origin[..components].to_vec(), step },
+            };
+            let exact = matches!(quantisation, Quantisation::Integer | Quantisation::Raw);
+            AttributeEntry {
+                semantic,
+                set,
+                name,
+                domain: if triangles || is_part { Domain::Triangle } else { Domain::Corner },
+                components,
+                stored,
+                normalised: normalised && !stored.is_float(),
+                partial,
+                birth: 0,
+                quantisation,
+                error: if exact { 0.0 } else { error },
+            }
+        },
+    )
+}
+
 /// Any valid file of some levels, its atoms in order.
 pub fn any_file() -> impl Strategy<Value = FileBuilder> {
     let operations = vec(1u32..=2, 1..20);
@@ -46,7 +122,9 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
     let errors = vec((0.0..1e30f64, 0.0..1e30f64), 4);
     let step = prop_oneof![Just(0.0), Just(0.25), 1e-6..1e9f64];
     let frame = (8u32..=24, step, prop_oneof![Just(0.5), -1e9..1e9f64], any::<[u32; 3]>());
-    (finer, payloads, errors, frame).prop_map(|(finer, (base, residue, metadata, place), errors, frame)| {
+    let payloads = (payloads, vec(any_attribute(), 0..3));
+    (finer, payloads, errors, frame).prop_map(|(finer, (payloads, attributes), errors, frame)| {
+        let (base, residue, metadata, place) = payloads;
         let (bits, step, x, maximum) = frame;
         let depth = finer.len() as u32;
         let shifts: Vec<u32> = finer.iter().map(|&(_, shift, ..)| shift).collect();
@@ -72,6 +150,10 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
             levels.push(level);
         }
         file.payload(AtomKind::Residue, 0, &residue);
+        if !attributes.is_empty() {
+            file.payload(AtomKind::Attributes, 0, &base);
+        }
+        file.attributes = attributes;
         file.payload(AtomKind::Metadata, 0, &metadata);
         for (i, (.., keyframe, _)) in finer.iter().enumerate() {
             if *keyframe {

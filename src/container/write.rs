@@ -3,6 +3,7 @@
 use std::io::Write;
 use std::sync::Arc;
 
+use super::attributes::AttributeEntry;
 use super::checksum::{self, SHORT};
 use super::contents::{AtomKind, Contents, Level};
 use super::header::{Coding, Header, Start};
@@ -28,6 +29,8 @@ pub struct FileBuilder {
     pub maximum: [u32; 3],
     /// The levels, by number; the last is the base.
     pub levels: Vec<Level>,
+    /// The attributes; where there are any, there is one payload of [`AtomKind::Attributes`].
+    pub attributes: Vec<AttributeEntry>,
     pub(super) pieces: Vec<Piece>,
 }
 
@@ -44,7 +47,14 @@ pub(super) struct Piece {
 impl FileBuilder {
     /// A file of these levels, without payloads as yet.
     pub fn new(lattice: Lattice, maximum: [u32; 3], levels: Vec<Level>) -> Self {
-        Self { lattice, coding: Coding::default(), maximum, levels, pieces: Vec::new() }
+        Self {
+            lattice,
+            coding: Coding::default(),
+            maximum,
+            levels,
+            attributes: Vec::new(),
+            pieces: Vec::new(),
+        }
     }
 
     /// The header that the file will have, as far as levels and lattice make it.
@@ -69,7 +79,7 @@ impl FileBuilder {
         self.pieces.push(Piece { kind, level, items, triangles, bytes });
     }
 
-    /// Adds the payload of a base, keyframe, residue, correction, order or metadata, cut into as many atoms as it takes.
+    /// Adds the payload of a base, keyframe, residue, attributes, correction, order or metadata, cut into as many atoms as it takes.
     pub fn payload(&mut self, kind: AtomKind, level: u32, bytes: &[u8]) {
         for chunk in bytes.chunks(MAX_ATOM_BYTES as usize) {
             self.atom(kind, level, 0, 0, chunk.to_vec());
@@ -127,9 +137,10 @@ impl FileBuilder {
             return refused(format!("{} levels, allowed 1 to {MAX_LEVELS}", self.levels.len()));
         }
         let table = self.table()?;
-        let start = u32::try_from(table.len() + 4).ok().and_then(|bytes| Start::new(bytes, self.coding));
+        let (bytes, attributes) = (table.len() + 4, self.attributes.len());
+        let start = u32::try_from(bytes).ok().and_then(|bytes| Start::new(bytes, self.coding, attributes));
         let Some(start) = start else {
-            return refused(format!("a table of contents of {} bytes", table.len() + 4));
+            return refused(format!("a table of contents of {bytes} bytes and {attributes} attributes"));
         };
         let mut head = start.bytes.to_vec();
         head.extend(table);
@@ -140,6 +151,9 @@ impl FileBuilder {
     fn table(&self) -> Result<Vec<u8>> {
         let mut table = Vec::new();
         self.lattice(&mut table)?;
+        for attribute in &self.attributes {
+            attribute.write(&mut table)?;
+        }
         varint::write(self.levels.len() as u64, &mut table);
         let mut pieces = &self.pieces[..];
         let unit = magnitude::unit(self.lattice.step);

@@ -1,21 +1,24 @@
-//! What level 0 has beyond its mesh: residue, correction and order, and the walk that all three speak of, made once.
+//! What level 0 has beyond its mesh: residue, attributes, correction and order, and the walk that all of them speak of, made once.
 
 use super::Event;
+use super::foreign;
+use crate::codec::attributes::{self, Attributes};
 use crate::codec::correction::Correction;
 use crate::codec::order::Order;
 use crate::codec::residue::Residue;
-use crate::codec::walk::Tour;
+use crate::codec::walk::{Tour, Walk};
 use crate::codec::whole::{Whole, WholeError};
-use crate::container::AtomKind;
+use crate::container::{AtomKind, AttributeEntry};
 use crate::error::{FormatError, Result};
 use crate::limits::{Budget, WORK_A_SLOT};
-use crate::mesh::{IndexedMesh, Lattice};
+use crate::mesh::{Attribute, IndexedMesh, Lattice};
 use crate::refine::ProgressiveMesh;
 
 /// What is known of level 0 beyond its mesh.
 #[derive(Debug, Default)]
 pub struct Finest {
     pub residue: Option<Residue>,
+    pub attributes: Option<Attributes>,
     pub correction: Option<Correction>,
     pub order: Option<Order>,
     /// The walk of level 0, once it was needed.
@@ -33,10 +36,12 @@ pub struct Level0<'a> {
     /// How many boundary edges it has.
     pub boundary: usize,
     pub lattice: &'a Lattice,
+    /// What the table of contents says of its attributes.
+    pub entries: &'a [AttributeEntry],
 }
 
 impl Finest {
-    /// Reads one of the three payloads, which starts at `offset` in the file.
+    /// Reads one of the payloads, which starts at `offset` in the file.
     ///
     /// # Errors
     /// [`Error::Format`](crate::Error::Format) and [`Error::Limit`](crate::Error::Limit).
@@ -50,6 +55,7 @@ impl Finest {
     ) -> Result<Option<Event>> {
         let (outcome, section, event) = match kind {
             AtomKind::Residue => (self.read_residue(payload, level0, budget), "8", Event::Residue),
+            AtomKind::Attributes => (self.read_attributes(payload, level0, budget), "13", Event::Attributes),
             AtomKind::Correction => (self.read_correction(payload, level0, budget), "10", Event::Correction),
             AtomKind::Order => (self.read_order(payload, level0, budget), "11", Event::Order),
             _ => return Ok(None),
@@ -70,6 +76,22 @@ impl Finest {
         self.walk(level0, budget)?;
         let tour = self.tour.get_or_insert_default();
         self.residue = Some(Residue::decode(payload, level0.mesh, tour, budget)?);
+        Ok(())
+    }
+
+    fn read_attributes(
+        &mut self,
+        payload: &[u8],
+        level0: Level0,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        self.make_whole(level0, budget)?;
+        let (tour, whole) = (self.tour.get_or_insert_default(), self.whole.get_or_insert_default());
+        let none = Residue::default();
+        let residue = self.residue.as_ref().unwrap_or(&none);
+        let finest = attributes::Finest { mesh: level0.mesh, tour, residue, whole };
+        let kinds = level0.entries.iter().map(AttributeEntry::kind);
+        self.attributes = Some(Attributes::decode(payload, kinds, finest, budget)?);
         Ok(())
     }
 
@@ -151,10 +173,37 @@ impl Finest {
             Some(correction) => correction.all_positions(),
             None => whole.positions(level0.lattice),
         };
-        match &self.order {
-            Some(order) => Ok(order.apply(&positions)),
-            None => Ok(IndexedMesh::new(positions, whole.triangles.clone())),
-        }
+        let mesh = match &self.order {
+            Some(order) => order.apply(&positions),
+            None => IndexedMesh::new(positions, whole.triangles.clone()),
+        };
+        let attributes = self.foreign_attributes(level0, residue, &mut budget)?;
+        Ok(IndexedMesh { attributes, ..mesh })
+    }
+
+    /// The attributes as a source has them, at the corners of the triangles in their order.
+    fn foreign_attributes(
+        &self,
+        level0: Level0,
+        residue: &Residue,
+        budget: &mut Budget,
+    ) -> Result<Vec<Attribute>> {
+        let Some(attributes) = &self.attributes else { return Ok(Vec::new()) };
+        let triangles = level0.mesh.table.triangle_count() + residue.triangles.len();
+        budget.take_memory(foreign::bytes(attributes, triangles), 1)?;
+        let made;
+        let walk = match &self.tour {
+            Some(tour) => &tour.walk,
+            None => {
+                budget.take_memory(Tour::bytes(level0.mesh, level0.boundary), 1)?;
+                made = Walk::new(&level0.mesh.table, &level0.mesh.roots);
+                &made
+            }
+        };
+        let origins = self.order.as_ref().map(|order| &order.origins[..]);
+        let corners = foreign::Corners { of_wedges: attributes.corners(walk, residue), origins };
+        let columns = level0.entries.iter().zip(&attributes.columns);
+        Ok(columns.map(|(entry, column)| foreign::attribute(entry, column, &corners)).collect())
     }
 
     fn whole_of(&self, level0: Level0, residue: &Residue, budget: &mut Budget) -> Result<Whole> {

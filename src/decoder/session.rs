@@ -218,7 +218,8 @@ impl Session {
             }
             _ if self.level == Some(0) => {
                 let lattice = &contents.header.lattice;
-                let level0 = Level0 { mesh: &self.mesh, boundary: self.boundary, lattice };
+                let (mesh, boundary, entries) = (&self.mesh, self.boundary, &contents.attributes);
+                let level0 = Level0 { mesh, boundary, lattice, entries };
                 events.extend(self.finest.read(atom.kind, payload, offset, level0, &mut self.budget)?);
             }
             _ => {}
@@ -241,7 +242,13 @@ impl Session {
         }
         let none = Finest::default();
         let finest = if level == 0 { &self.finest } else { &none };
-        finest.assembled(Level0 { mesh, boundary, lattice }, &self.budget)
+        let level0 = Level0 { mesh, boundary, lattice, entries: &contents.attributes };
+        let mut mesh = finest.assembled(level0, &self.budget)?;
+        if let (0, Some(metadata)) = (level, &self.metadata) {
+            mesh.part_names.clone_from(&metadata.part_names);
+            mesh.libraries.clone_from(&metadata.libraries);
+        }
+        Ok(mesh)
     }
 
     fn start_from(

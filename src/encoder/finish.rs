@@ -1,14 +1,16 @@
-//! What level 0 lacks of the input: the residue, and where it is asked for the correction and the order. All of it is
+//! What level 0 lacks of the input: the residue, its attributes, and where it is asked for the correction and the order. All of it is
 //! named by places in the walk of level 0.
 
 use super::names::{Names, turned};
-use super::{Options, grids};
+use super::{Options, attributes, grids};
+use crate::codec::attributes::{Attributes, Finest, Truth};
 use crate::codec::correction::{Copied, Correction};
 use crate::codec::grid::Real;
 use crate::codec::order::{Order, Origin};
 use crate::codec::residue::ResidueCounts;
 use crate::codec::walk::Tour;
 use crate::codec::whole::{Extra, Whole, WholeError};
+use crate::container::AttributeEntry;
 use crate::error::{Error, Result};
 use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::topology::{Manifold, Remainder};
@@ -22,14 +24,16 @@ pub struct Payloads {
     pub residue: Vec<u8>,
     /// What it holds.
     pub counts: ResidueCounts,
+    /// The attributes.
+    pub attributes: Vec<u8>,
     /// The correction.
     pub correction: Vec<u8>,
     /// Vertices that it adds, copies with other coordinates.
     pub copies: usize,
     /// The order.
     pub order: Vec<u8>,
-    /// Units of work that it takes to have read up to each of the three.
-    pub work: [u64; 3],
+    /// Units of work that it takes to have read up to each of the four.
+    pub work: [u64; 4],
 }
 
 /// What is kept of the input until level 0 is there.
@@ -38,6 +42,8 @@ pub struct Finish<'a> {
     input: &'a IndexedMesh,
     exact: Option<Real>,
     keep_order: bool,
+    /// What the file says of the input's attributes.
+    entries: Vec<AttributeEntry>,
     /// Whether vertices that are the same have other coordinates, if only zeros of other signs.
     has_copies: bool,
     /// What the manifold does not tell of it.
@@ -55,14 +61,20 @@ impl<'a> Finish<'a> {
         let has_copies =
             options.exact.is_some() && (0..same.len()).any(|v| differ(input, v, same[v] as usize));
         let mut triangles = Vec::new();
-        if has_copies || options.keep_order {
+        let entries = attributes::entries(input, options);
+        if has_copies || options.keep_order || !entries.is_empty() {
             triangles = table.triangles().map(|t| table.triangle(t)).collect();
         }
         let flipped = table.triangles().filter(|t| remainder.flipped[t.index()]);
         let mut flipped: Vec<_> = flipped.map(|t| turned(table.triangle(t))).collect();
         flipped.sort_unstable();
         let (exact, keep_order) = (options.exact, options.keep_order);
-        Self { input, exact, keep_order, has_copies, remainder, flipped, triangles }
+        Self { input, exact, keep_order, entries, has_copies, remainder, flipped, triangles }
+    }
+
+    /// What the table of contents is to say of the attributes.
+    pub fn entries(&self) -> &[AttributeEntry] {
+        &self.entries
     }
 
     /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.
@@ -82,17 +94,27 @@ impl<'a> Finish<'a> {
             payloads.residue = names.residue.encode(mesh, &tour, &mut budget).map_err(cannot)?;
             payloads.work[0] = budget.work();
         }
-        if self.exact.is_none() && !self.keep_order {
+        if self.exact.is_none() && !self.keep_order && self.entries.is_empty() {
             return Ok(payloads);
         }
         budget.take_work(pass)?;
         let mut whole = Whole::new(mesh, &names.residue, &tour);
         let mut vertices = names.vertices(&self.remainder, &whole);
-        let origins = if self.has_copies || self.keep_order {
+        let origins = if self.has_copies || self.keep_order || !self.entries.is_empty() {
             self.origins(&names, &whole, &vertices)
         } else {
             Vec::new()
         };
+        if !self.entries.is_empty() {
+            let kinds: Vec<_> = self.entries.iter().map(AttributeEntry::kind).collect();
+            let corners = attributes::corners(&origins, &names.residue);
+            let truth = Truth::new(&self.input.attributes, &kinds, &corners);
+            let finest = Finest { mesh, tour: &tour, residue: &names.residue, whole: &whole };
+            let (payload, work) = Attributes::encode(kinds, &truth, finest).map_err(cannot)?;
+            payloads.attributes = payload;
+            budget.take_work(work)?;
+            payloads.work[1] = budget.work();
+        }
         let mut count = whole.vertices.len();
         if let Some(real) = self.exact {
             let mut correction = self.correction(real, &whole, &vertices, lattice);
@@ -100,17 +122,17 @@ impl<'a> Finish<'a> {
                 self.copy(&mut correction, &mut vertices, &origins);
             }
             payloads.correction = correction.encode(&whole, lattice, &mut budget).map_err(cannot)?;
-            payloads.work[1] = budget.work();
+            payloads.work[2] = budget.work();
             correction.rename(&mut whole.triangles);
             payloads.copies = correction.copies.len();
             count += payloads.copies;
         }
         if self.keep_order {
-            let order = Order { vertices, triangles: self.input.triangles.clone() };
+            let order = Order { vertices, triangles: self.input.triangles.clone(), origins: Vec::new() };
             let coded = order.encode(mesh, &names.residue, &tour.walk, &whole, count, &origins);
             let (payload, work) = coded.map_err(cannot)?;
             payloads.order = payload;
-            payloads.work[2] = budget.work() + work;
+            payloads.work[3] = budget.work() + work;
         }
         Ok(payloads)
     }

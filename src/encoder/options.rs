@@ -36,6 +36,9 @@ pub struct Options {
     /// Whether level 0 has the vertices and triangles of the mesh in their order, none of them welded, and each triangle from
     /// its first corner.
     pub keep_order: bool,
+    /// Bits of the numbers of attributes, 1 to 24, by their titles ([`Attribute::title`](crate::mesh::Attribute::title)) or the names of their
+    /// semantics, e.g. `("uv", 12)`; of the others as many as [`Quantisation::choose`](crate::mesh::attributes::Quantisation::choose) says.
+    pub attribute_bits: Vec<(String, u32)>,
     /// Whether splits and flips are coded under more models each: about 1 % fewer bytes, decoded a little more slowly.
     pub rich_models: bool,
     /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
@@ -58,6 +61,7 @@ impl Default for Options {
             weld: Weld::Exact,
             exact: None,
             keep_order: false,
+            attribute_bits: Vec::new(),
             rich_models: false,
             atom_bytes: 16 << 10,
             max_memory: u64::MAX,

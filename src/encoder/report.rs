@@ -85,8 +85,7 @@ pub struct Report {
     pub conditioning: ConditioningReport,
     /// Diagonal of the input's bounding box.
     pub diagonal: f64,
-    /// What the input carried and the file does not keep, in words: what [`Source::dropped`](super::Source::dropped) names, then
-    /// the attributes and materials of the mesh.
+    /// What the input carried and the file does not keep, in words: what [`Source::dropped`](super::Source::dropped) names.
     pub dropped: Vec<String>,
     /// Distance of each level from the input, by number, the base last.
     pub errors: Vec<LevelError>,
@@ -110,6 +109,8 @@ pub struct Report {
     pub position_bits: f64,
     /// Bits of the residue.
     pub residue_bits: f64,
+    /// Bits of the attributes.
+    pub attribute_bits: f64,
     /// Bits of the correction.
     pub correction_bits: f64,
     /// Bits of the order.
@@ -152,6 +153,7 @@ impl Report {
             + self.connectivity_bits
             + self.position_bits
             + self.residue_bits
+            + self.attribute_bits
             + self.correction_bits
             + self.order_bits
             + self.keyframe_bits;

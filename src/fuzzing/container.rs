@@ -79,6 +79,7 @@ fn check_contents(contents: &Contents) {
         assert_eq!(atom.offset, offset);
         offset = atom.end();
     }
+    assert_eq!(contents.attributes.is_empty(), contents.attribute_atoms().is_empty());
     let base = contents.base_level();
     assert_eq!(contents.segments().next(), Some(base));
     for j in [0, base / 2, base] {
@@ -121,7 +122,7 @@ mod tests {
 
     #[test]
     fn the_container_holds_whatever_byte_is_changed() {
-        let file = testing::bytes(&testing::small_file());
+        let file = testing::bytes(&testing::attributed_file());
         fuzz_container(&file);
         for at in 0..file.len() {
             for mask in [0x01, 0x02, 0x7F, 0x80, 0xFF] {

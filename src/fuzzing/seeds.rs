@@ -4,7 +4,7 @@ use std::sync::OnceLock;
 
 use super::choices::Choices;
 use crate::codec::grid::Real;
-use crate::container::{AtomKind, Coding, Contents, FileBuilder, Level, parse_contents};
+use crate::container::{AtomKind, AttributeEntry, Coding, Contents, FileBuilder, Level, parse_contents};
 use crate::encoder::{Encoder, Keyframes, Options, Preview};
 use crate::mesh::{IndexedMesh, Lattice, shapes};
 
@@ -15,6 +15,7 @@ pub struct Seed {
     coding: Coding,
     maximum: [u32; 3],
     levels: Vec<Level>,
+    attributes: Vec<AttributeEntry>,
     pieces: Vec<Piece>,
 }
 
@@ -71,7 +72,7 @@ impl Seed {
 
     fn of(file: &[u8]) -> Self {
         let contents = parse_contents(file).ok().flatten().expect("the encoder writes what can be read");
-        let Contents { header, levels, atoms, .. } = &*contents;
+        let Contents { header, levels, attributes, atoms, .. } = &*contents;
         let pieces = atoms.iter().map(|atom| Piece {
             kind: atom.kind,
             level: atom.level,
@@ -80,12 +81,14 @@ impl Seed {
             bytes: file[atom.offset as usize..atom.end() as usize].to_vec(),
         });
         let (lattice, coding, maximum) = (header.lattice, header.coding, header.maximum);
-        Self { lattice, coding, maximum, levels: levels.clone(), pieces: pieces.collect() }
+        let (levels, attributes) = (levels.clone(), attributes.clone());
+        Self { lattice, coding, maximum, levels, attributes, pieces: pieces.collect() }
     }
 
     fn write(self) -> Option<Vec<u8>> {
         let mut builder = FileBuilder::new(self.lattice, self.maximum, self.levels);
         builder.coding = self.coding;
+        builder.attributes = self.attributes;
         for Piece { kind, level, items, triangles, bytes } in self.pieces {
             builder.atom(kind, level, items, triangles, bytes);
         }

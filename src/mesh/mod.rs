@@ -1,5 +1,6 @@
 //! Ground: typed indices, the corner table, the lattice, conditioning, distances. Knows no codec.
 
+pub mod attributes;
 mod buckets;
 pub mod corner_table;
 #[cfg(feature = "encode")]
@@ -13,7 +14,8 @@ pub(crate) mod random;
 pub mod shapes;
 pub mod topology;
 
+pub use attributes::Attribute;
 pub use corner_table::CornerTable;
 pub use index::{Corner, CornerMap, Triangle, Vertex};
-pub use indexed::{CornerAttribute, IndexedMesh};
+pub use indexed::IndexedMesh;
 pub use lattice::Lattice;

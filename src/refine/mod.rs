@@ -6,9 +6,11 @@ pub mod mesh;
 pub mod operation;
 pub mod roots;
 pub mod stellar;
+pub mod wedges;
 
 pub use birth::Birth;
 pub use history::{History, Level};
 pub use mesh::{ProgressiveMesh, from_cell};
 pub use operation::{Operation, OperationError, Site};
 pub use roots::{Root, Roots};
+pub use wedges::Wedges;

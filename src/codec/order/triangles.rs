@@ -9,13 +9,13 @@ use crate::entropy::{Bit, BitCoder, NumberModel};
 use crate::mesh::{Corner, CornerTable};
 use crate::refine::ProgressiveMesh;
 
-/// Codes the triangles of the input, by vertices of the whole. `origins` is what the writer knows.
+/// Codes the triangles of the input, by vertices of the whole, and which of its triangles they are. `origins` is what the writer knows.
 pub fn code<C: BitCoder>(
     surface: &Surface,
     whole: &Whole,
     origins: &[Origin],
     coder: &mut C,
-) -> Result<Vec<[u32; 3]>, WholeError> {
+) -> Result<(Vec<[u32; 3]>, Vec<Origin>), WholeError> {
     let mut state = State::new(surface, whole.triangles.len(), C::ENCODES);
     let mut triangles = Vec::with_capacity(whole.triangles.len());
     let (mut s, mut r) = (0, 0);
@@ -35,7 +35,7 @@ pub fn code<C: BitCoder>(
         triangles.push(triangle);
         (s, r) = (found, s);
     }
-    Ok(triangles)
+    Ok((triangles, state.read))
 }
 
 /// The triangles of the walk as the whole has them.

@@ -281,9 +281,10 @@ fn the_table_may_be_cut_off_nowhere() {
 fn each_rule_of_further_payloads_is_checked() {
     // Behind a sound table: kind, level where it is a keyframe, length 1, checksum.
     let fault = |more: &'static [u8]| fault_in_table(move |t| drop(t.splice(43..43, more.iter().copied())));
-    let rules: [(&'static [u8], u64, &str); 14] = [
+    let rules: [(&'static [u8], u64, &str); 15] = [
         (&[0], 59, "unknown kind of atom 0"),
-        (&[8], 59, "unknown kind of atom 8"),
+        (&[9], 59, "unknown kind of atom 9"),
+        (&[8, 2, 0, 0], 59, "values of attributes where there are no attributes"),
         (&[127], 59, "unknown kind of atom 127"),
         (&[128, 0], 60, "an empty atom"),
         (&[128, 2, 0], 61, "a field has no room left"),
@@ -315,7 +316,7 @@ fn shares_beyond_32_bits() {
     table.extend([6, 24, 96, 96]);
     let seen = |run: &[u8]| {
         let rest = [&table[..], run, &[2, 0, 0, 0, 0, 0, 0]].concat();
-        let mut bytes = Start::new(rest.len() as u32, Coding::default()).unwrap().bytes.to_vec();
+        let mut bytes = Start::new(rest.len() as u32, Coding::default(), 0).unwrap().bytes.to_vec();
         bytes.extend(rest);
         mend(&mut bytes);
         parse_contents(&bytes)
@@ -350,7 +351,7 @@ fn no_more_atoms_than_allowed() {
         table.push(200);
         table.extend([3, 0, 0].repeat(count - 3));
         table.extend([2, 0, 0, 0, 0, 0, 0]);
-        let mut bytes = Start::new(table.len() as u32, Coding::default()).unwrap().bytes.to_vec();
+        let mut bytes = Start::new(table.len() as u32, Coding::default(), 0).unwrap().bytes.to_vec();
         bytes.extend(table);
         mend(&mut bytes);
         parse_contents(&bytes).map(|contents| contents.unwrap().atoms.len())

@@ -1,0 +1,66 @@
+//! The attributes of the input: how they are quantised, and where level 0 has their corners.
+
+use super::Options;
+use crate::codec::order::Origin;
+use crate::codec::residue::Residue;
+use crate::container::AttributeEntry;
+use crate::error::{Error, Result};
+use crate::mesh::IndexedMesh;
+use crate::mesh::attributes::{Attribute, Quantisation, Semantic};
+
+/// What the table of contents says of each attribute of a mesh.
+pub fn entries(mesh: &IndexedMesh, options: &Options) -> Vec<AttributeEntry> {
+    let entry = |attribute: &Attribute| {
+        let quantisation = Quantisation::choose(attribute, bits(attribute, options), options.exact.is_some());
+        let error = quantisation.error(attribute);
+        AttributeEntry::of(attribute, quantisation, error)
+    };
+    mesh.attributes.iter().map(entry).collect()
+}
+
+/// The bits that are asked for, by what the attribute is called, or else by what it is.
+fn bits(attribute: &Attribute, options: &Options) -> Option<u32> {
+    let of = |name: &str| options.attribute_bits.iter().rev().find(|(other, _)| other == name).map(|&(_, bits)| bits);
+    of(&attribute.title()).or_else(|| of(attribute.semantic.name()))
+}
+
+/// Whether the mesh has attributes that fit it, and options name those.
+///
+/// # Errors
+/// [`Error::Parameter`].
+pub fn check(mesh: &IndexedMesh, options: &Options) -> Result<()> {
+    if mesh.attributes.len() > MAX_ATTRIBUTES {
+        let what = format!("{} attributes, allowed {MAX_ATTRIBUTES}", mesh.attributes.len());
+        return Err(Error::Parameter(what));
+    }
+    for attribute in &mesh.attributes {
+        attribute.check(mesh.triangles.len()).map_err(Error::Parameter)?;
+    }
+    for (name, bits) in &options.attribute_bits {
+        let is_there = |attribute: &Attribute| attribute.title() == *name || attribute.semantic.name() == name;
+        if !mesh.attributes.iter().any(is_there) && Semantic::ALL.iter().all(|semantic| semantic.name() != name) {
+            return Err(Error::Parameter(format!("the mesh has no attribute {name}")));
+        }
+        if !(1..=24).contains(bits) {
+            return Err(Error::Parameter(format!("{name}: {bits} bits, allowed 1 to 24")));
+        }
+    }
+    Ok(())
+}
+
+/// For each corner of the whole, as the mesh has its triangles round, the corner of the input.
+pub fn corners(origins: &[Origin], residue: &Residue) -> Vec<[u32; 3]> {
+    let mut corners = vec![[0; 3]; origins.len()];
+    for (t, &(place, first)) in origins.iter().enumerate() {
+        for k in 0..3 {
+            corners[place as usize][(k + first as usize) % 3] = 3 * t as u32 + k as u32;
+        }
+    }
+    for (_, corners) in corners.iter_mut().enumerate().filter(|(place, _)| residue.is_flipped(*place)) {
+        corners.swap(1, 2);
+    }
+    corners
+}
+
+/// Most attributes of a file (spec §3.2).
+const MAX_ATTRIBUTES: usize = 64;

@@ -140,7 +140,7 @@ impl<'a> Encoder<'a> {
             manifold.locked = manifold.locked_with_boundary();
         }
         let locked_vertices = manifold.locked.count_ones();
-        let (mut simplified, quantised) = self.simplify(manifold, &lattice)?;
+        let (mut simplified, quantised) = self.simplify(manifold, &mesh.positions, &lattice)?;
         let simplifying = start.elapsed() - conditioning;
 
         // The places of removed triangles take far more memory than the base.
@@ -258,8 +258,13 @@ impl<'a> Encoder<'a> {
         Ok(())
     }
 
-    /// Removes vertices; what comes of it, and the lattice points of all vertices of the manifold.
-    fn simplify(&mut self, manifold: Manifold, lattice: &Lattice) -> Result<(Simplified, Vec<[i32; 3]>)> {
+    /// Removes vertices; what comes of it, and the lattice points of all vertices of the manifold. `input` are the positions of the mesh.
+    fn simplify(
+        &mut self,
+        manifold: Manifold,
+        input: &[[f64; 3]],
+        lattice: &Lattice,
+    ) -> Result<(Simplified, Vec<[i32; 3]>)> {
         let Manifold { table, positions, locked } = manifold;
         let births = match (self.options.births, self.options.lock_boundary) {
             (false, _) => Births::None,
@@ -267,8 +272,11 @@ impl<'a> Encoder<'a> {
             (true, false) => Births::All,
         };
         let options = simplify::Options { births, ..self.options.simplify.clone() };
+        // A copy of what is there anyway need not be kept.
+        let own = (positions != input).then_some(positions);
+        let positions = own.as_deref().unwrap_or(input);
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
-        let simplified = simplify::simplify(table, &positions, locked, lattice, &options, &mut progress)?;
+        let simplified = simplify::simplify(table, positions, locked, lattice, &options, &mut progress)?;
         Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 
@@ -287,7 +295,6 @@ impl<'a> Encoder<'a> {
             libraries: mesh.libraries.clone(),
             diagonal: Some(report.diagonal.min(f64::MAX)),
             source_float32: self.options.exact.map_or(self.source.float32, |real| real == Real::Binary32),
-            ..Metadata::default()
         }
     }
 

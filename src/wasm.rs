@@ -241,7 +241,7 @@ impl Client {
             }
             Event::Residue => self.residue(),
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
-            Event::Correction | Event::Order => {}
+            Event::Attributes | Event::Correction | Event::Order => {}
             Event::Metadata => {
                 let told = self.decoder.metadata().zip(self.decoder.contents());
                 self.reports

@@ -204,7 +204,7 @@ pub fn encode_to(
 /// # Errors
 /// Where the file would not keep all of the input.
 pub fn refuse_losses(source: &formats::Source, input: &Path) -> anyhow::Result<()> {
-    let dropped = [source.dropped.clone(), source.mesh.uncoded()].concat();
+    let dropped = source.dropped.clone();
     match &dropped[..] {
         [] => Ok(()),
         _ => bail!("{}: --strict: a file cannot keep {}", input::name(input), dropped.join(", ")),
@@ -431,7 +431,7 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 9] {
+fn parts(report: &Report) -> [(&'static str, f64); 10] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),

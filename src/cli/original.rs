@@ -1,5 +1,6 @@
 //! Whether a decoded mesh is the one it was made from: as surfaces, or as lists; on the lattice, or to the last bit.
 
+use super::attributes;
 use super::numbers::{count, grouped};
 use super::triangles::{Fingerprint, Zeros, difference};
 use super::uwm::Uwm;
@@ -7,7 +8,7 @@ use anyhow::bail;
 use std::collections::HashSet;
 use unweld::container::Metadata;
 use unweld::mesh::topology::Weld;
-use unweld::mesh::{IndexedMesh, Lattice};
+use unweld::mesh::{Attribute, IndexedMesh, Lattice};
 
 /// Whether `mesh` is `original`, as exactly as the file claims; `lines` gets what was found.
 ///
@@ -40,6 +41,13 @@ pub fn compare(
             "{missing} triangles missing, {extra} extra; {example} for example {a} {b} {c}"
         )));
     }
+    let (coded, left_out) =
+        attributes::as_coded(original, &contents.attributes).map_err(|what| differs(what.to_string()))?;
+    let names: Vec<String> = coded.iter().map(Attribute::title).collect();
+    let expected = IndexedMesh { attributes: coded, ..expected.clone() };
+    if let Some(what) = attributes::differ(mesh, &expected, zeros, ordered) {
+        return Err(differs(what));
+    }
     if exact && let Some([x, y, z]) = lost_vertex(mesh, original) {
         return Err(differs(format!("there is no vertex at ({x}, {y}, {z})")));
     }
@@ -61,6 +69,12 @@ pub fn compare(
         _ => format!("to the lattice of {} bits", lattice.bits),
     };
     lines.push(format!("original    {original_name}: the same {what}, {how}"));
+    if !names.is_empty() {
+        lines.push(format!("attributes  {}: the same at every corner, to their bits", names.join(", ")));
+    }
+    if !left_out.is_empty() {
+        lines.push(format!("left out    {}", left_out.join(", ")));
+    }
     Ok(())
 }
 

@@ -194,15 +194,25 @@ impl Extents {
     /// How long an edge is: its squared length over the mean of those of the edges at its ends, and by itself.
     #[inline(always)]
     pub fn length(&self, a: Vertex, b: Vertex) -> Length {
+        let alone = self.length_alone(a, b).alone;
         let (a, b) = (self.at(a), self.at(b));
         let (edge, edges) = (b.cell - a.cell, (a.edges + b.edges) as f32);
-        let square = edge.dot(edge);
-        let size = square * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
-        // Quarter octaves are the leading bits of a number.
-        let quarters = |x: f32, least: usize| ((x.to_bits() >> 21) as usize).saturating_sub(least);
-        let beside = quarters(size, (127 << 2) - 10).min(LONGEST) as u8;
-        Length { beside, alone: quarters(square, 127 << 2) as u8 }
+        let size = edge.dot(edge) * edges / (a.squares.wrapping_add(b.squares) as f32).max(1.0);
+        Length { beside: quarters(size, (127 << 2) - 10).min(LONGEST) as u8, alone }
     }
+
+    /// [`Extents::length`] by itself: the other one is left out.
+    #[inline(always)]
+    pub fn length_alone(&self, a: Vertex, b: Vertex) -> Length {
+        let edge = self.cell(b) - self.cell(a);
+        Length { alone: quarters(edge.dot(edge), 127 << 2) as u8, ..Length::NONE }
+    }
+}
+
+/// Quarter octaves are the leading bits of a number: those above `least`.
+#[inline(always)]
+fn quarters(x: f32, least: usize) -> usize {
+    ((x.to_bits() >> 21) as usize).saturating_sub(least)
 }
 
 /// The edges of a new vertex while they are counted.

@@ -335,12 +335,12 @@ impl LevelPass {
             if self.cursor == 0 {
                 self.by_itself = under.models.split.choose(under.coder);
             }
-            self.look_ahead(&under.mesh.table, under.models.are_rich());
+            self.look_ahead::<C>(&under.mesh.table, under.models.are_rich());
         }
     }
 
     /// Looks at the next edges, all at once: what has to be waited for is waited for together.
-    fn look_ahead(&mut self, table: &CornerTable, richly: bool) {
+    fn look_ahead<C: BitCoder>(&mut self, table: &CornerTable, richly: bool) {
         let from = self.cursor;
         self.cursor = self.walk.edges.len().min(from + AHEAD);
         let next = self.walk.edges.len().min(self.cursor + AHEAD);
@@ -356,9 +356,17 @@ impl LevelPass {
             self.asked[count & (AHEAD - 1)] = Asked { left: k, right: o, ..Asked::NONE };
             count += usize::from(!reached);
         }
-        for asked in &mut self.asked[..count] {
-            let (a, b) = table.edge(asked.left);
-            asked.length = self.extents.length(a, b);
+        // A writer tries both lengths; rich models, which mix, know no level by itself.
+        if self.by_itself && !C::ENCODES {
+            for asked in &mut self.asked[..count] {
+                let (a, b) = table.edge(asked.left);
+                asked.length = self.extents.length_alone(a, b);
+            }
+        } else {
+            for asked in &mut self.asked[..count] {
+                let (a, b) = table.edge(asked.left);
+                asked.length = self.extents.length(a, b);
+            }
         }
         if richly {
             self.look_round(table, count);

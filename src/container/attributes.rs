@@ -9,7 +9,7 @@ use crate::error::FormatError;
 use crate::error::{Error, Result};
 #[cfg(any(test, feature = "encode"))]
 use crate::mesh::attributes::{Attribute, NO_VALUE};
-use crate::mesh::attributes::{Domain, Quantisation, Semantic, Stored};
+use crate::mesh::attributes::{Domain, Kind, Quantisation, Semantic, Stored};
 
 /// An attribute but for its values.
 #[derive(Clone, Debug, PartialEq)]
@@ -64,6 +64,12 @@ impl AttributeEntry {
     /// What it is called: its name, or its semantic and set, e.g. `"uv"` and `"uv1"`.
     pub fn title(&self) -> String {
         self.semantic.title(&self.name, self.set)
+    }
+
+    /// What a coder is to know of it.
+    pub fn kind(&self) -> Kind {
+        let Self { semantic, domain, components, stored, partial, .. } = *self;
+        Kind { semantic, domain, components, stored, partial, quantisation: self.quantisation.clone() }
     }
 
     /// Bits a coded number; `None` where they are those that are stored.

@@ -52,7 +52,16 @@ pub fn attribute(entry: &AttributeEntry, column: &Column, corners: &Corners) -> 
         }
     };
     let AttributeEntry { semantic, set, domain, components, normalised, .. } = *entry;
-    Attribute { semantic, set, name: entry.name.clone(), domain, components, normalised, values, corners: indices }
+    Attribute {
+        semantic,
+        set,
+        name: entry.name.clone(),
+        domain,
+        components,
+        normalised,
+        values,
+        corners: indices,
+    }
 }
 
 /// Bytes that it takes to make all of them, for so many triangles.

@@ -20,7 +20,9 @@ pub fn entries(mesh: &IndexedMesh, options: &Options) -> Vec<AttributeEntry> {
 
 /// The bits that are asked for, by what the attribute is called, or else by what it is.
 fn bits(attribute: &Attribute, options: &Options) -> Option<u32> {
-    let of = |name: &str| options.attribute_bits.iter().rev().find(|(other, _)| other == name).map(|&(_, bits)| bits);
+    let of = |name: &str| {
+        options.attribute_bits.iter().rev().find(|(other, _)| other == name).map(|&(_, bits)| bits)
+    };
     of(&attribute.title()).or_else(|| of(attribute.semantic.name()))
 }
 
@@ -37,8 +39,11 @@ pub fn check(mesh: &IndexedMesh, options: &Options) -> Result<()> {
         attribute.check(mesh.triangles.len()).map_err(Error::Parameter)?;
     }
     for (name, bits) in &options.attribute_bits {
-        let is_there = |attribute: &Attribute| attribute.title() == *name || attribute.semantic.name() == name;
-        if !mesh.attributes.iter().any(is_there) && Semantic::ALL.iter().all(|semantic| semantic.name() != name) {
+        let is_there =
+            |attribute: &Attribute| attribute.title() == *name || attribute.semantic.name() == name;
+        if !mesh.attributes.iter().any(is_there)
+            && Semantic::ALL.iter().all(|semantic| semantic.name() != name)
+        {
             return Err(Error::Parameter(format!("the mesh has no attribute {name}")));
         }
         if !(1..=24).contains(bits) {

@@ -99,7 +99,7 @@ impl Places {
         let mut gone = vec![false; finest.len()];
         let mut changes = Vec::new();
         for (j, traces) in traces.iter().enumerate() {
-            let change = self.change(finest, traces, &gone);
+            let change = self.change(finest, traces, &simplified.weights, &gone);
             changes.push(change);
             if j > 0 {
                 self.shifts[j] = schedule.shift(j, change.mean, self.shifts[j - 1]);
@@ -148,16 +148,17 @@ impl Places {
     }
 
     /// How far the level as it stands is from the input, beside the one of the same triangles with all vertices where level 0 has them.
-    fn change(&self, finest: &[[i32; 3]], traces: &Traces, gone: &[bool]) -> Change {
+    fn change(&self, finest: &[[i32; 3]], traces: &Traces, weights: &[f32], gone: &[bool]) -> Change {
         let point = |p: [i32; 3]| DVec3::from_array(p.map(f64::from));
         let (mut before, mut after, mut mean, mut total) = (0.0, 0.0, 0.0, 0.0);
-        for probe in &traces.probes {
+        for (k, probe) in traces.probes.iter().enumerate() {
+            let outline = traces.outline.get(k).copied().unwrap_or(0.0);
             let p = point(finest[probe.vertex.index()]);
             let squared = |places: &[[i32; 3]]| {
                 let [a, b, c] = probe.corners.map(|v| point(places[v.index()]));
-                point_triangle_distance_squared(p, a, b, c).max(probe.outline.into())
+                point_triangle_distance_squared(p, a, b, c).max(outline.into())
             };
-            let weight = f64::from(probe.weight);
+            let weight = f64::from(weights[probe.vertex.index()]);
             let now = squared(&self.born);
             before += weight * squared(finest);
             after += weight * now;

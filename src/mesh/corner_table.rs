@@ -441,6 +441,25 @@ impl CornerTable {
         Self::from_parts(self.corners.len(), CornerMap(vertices), CornerMap(opposites))
     }
 
+    /// Takes the places of removed triangles out and gives their memory back; the others keep their order, and vertices their numbers and
+    /// corners. Returns the triangles that there were, in order: each now stands where it is in this list.
+    #[cfg(feature = "encode")]
+    pub(crate) fn compact(&mut self) -> Vec<Triangle> {
+        let there: Vec<Triangle> = self.triangles().collect();
+        let moved = |c: Corner| {
+            let place = there.binary_search(&c.triangle());
+            place.map_or(c, |k| Triangle(k as u32).corner(c.place() as u32))
+        };
+        for (k, t) in there.iter().enumerate() {
+            let Record { vertices, opposites } = self.records[t.index()];
+            self.records[k] = Record { vertices, opposites: opposites.map(moved) };
+        }
+        self.records.truncate(there.len());
+        self.records.shrink_to_fit();
+        self.corners.iter_mut().for_each(|c| *c = moved(*c));
+        there
+    }
+
     /// Forgets the numbers of unused vertices from `count` on.
     pub(crate) fn truncate_vertices(&mut self, count: usize) {
         self.corners.truncate(count);

@@ -36,6 +36,10 @@ impl History {
     /// Appends an operation to the level under way; `flips` as in [`Operation::apply`].
     pub fn push(&mut self, vertex: Vertex, site: Site, flips: impl IntoIterator<Item = Vertex>) {
         let first_flip = self.flips.len() as u32;
+        // An eighth more at a time: of a list that doubles, half may stay empty.
+        if self.flips.capacity() - self.flips.len() < ROOM {
+            self.flips.reserve_exact(self.flips.len() / 8 + ROOM);
+        }
         self.flips.extend(flips);
         let flip_count = self.flips.len() as u32 - first_flip;
         self.operations.push(Operation { vertex, site, first_flip, flip_count });
@@ -112,6 +116,9 @@ impl History {
         self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * size_of::<Vertex>()
     }
 }
+
+/// Flips that there is room for before an operation's are appended: hardly one has more.
+const ROOM: usize = 64;
 
 #[cfg(test)]
 mod tests {

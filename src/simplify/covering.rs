@@ -5,6 +5,7 @@ use super::frame::Places;
 use super::paths::Paths;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Triangle, Vertex};
+use bitvec::vec::BitVec;
 use glam::DVec3;
 
 /// The removed vertices, in a list for each triangle of the mesh as it stands.
@@ -18,6 +19,8 @@ pub struct Covering {
     distances: Vec<f32>,
     /// Weights times squared distances of the vertices of components that are left out.
     missing: f64,
+    /// The vertices that [`Traces`] tell of.
+    picked: BitVec,
     /// Where the edges run on the input.
     pub paths: Paths,
     /// Room for the triangles of one star.
@@ -41,6 +44,9 @@ pub struct LevelError {
 pub struct Traces {
     /// Some of the input's vertices, the same ones at each level.
     pub probes: Vec<Probe>,
+    /// For each probe its squared distance from the level's boundary, in steps of the lattice, where it is on the input's, else 0; none where
+    /// all are 0.
+    pub outline: Vec<f32>,
     /// The triangles that are farther off than half of the largest distance, and how far at most, in steps of the lattice.
     pub far: Vec<([Vertex; 3], f64)>,
     /// The largest distance.
@@ -56,10 +62,6 @@ pub struct Probe {
     pub vertex: Vertex,
     /// The triangle that covers it; three times itself where it is one of the level's.
     pub corners: [Vertex; 3],
-    /// A third of the area round it.
-    pub weight: f32,
-    /// Its squared distance from the level's boundary, in steps of the lattice, where it is on the input's; else 0.
-    pub outline: f32,
 }
 
 const NONE: u32 = u32::MAX;
@@ -82,9 +84,20 @@ impl Covering {
             weights,
             distances: vec![0.0; count],
             missing: 0.0,
+            picked: picked(count),
             paths: Paths::new(table),
             patches: Vec::new(),
         }
+    }
+
+    /// The triangles that are left, in order, are now numbered as in this list.
+    pub fn compact(&mut self, there: &[Triangle]) {
+        for (k, t) in there.iter().enumerate() {
+            self.first[k] = self.first[t.index()];
+        }
+        self.first.truncate(there.len());
+        self.first.shrink_to_fit();
+        self.paths.compact(there);
     }
 
     /// Takes the vertices off a triangle that is about to be rewritten.
@@ -150,48 +163,45 @@ impl Covering {
         if !most.is_finite() {
             return Traces::default();
         }
-        let far = table.triangles().filter_map(|t| {
+        let (mut probes, mut far) = (Vec::new(), Vec::new());
+        for t in table.triangles() {
             let mut squared = self.paths.known(t);
             let mut at = self.first[t.index()];
             while at != NONE {
                 squared = squared.max(self.distances[at as usize]);
-                at = self.next[at as usize];
-            }
-            let (distance, rounding) = (f64::from(squared).sqrt() / places.frame.step(), 0.75f64.sqrt());
-            (distance > 0.5 * most - rounding && distance > 0.0)
-                .then(|| (table.triangle(t), (distance + rounding).min(most)))
-        });
-        let unit = places.frame.length(1.0);
-        let total: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
-        let missing = if total > 0.0 { self.missing / total * unit * unit } else { 0.0 };
-        Traces { probes: self.probes(table, places), far: far.collect(), most, missing }
-    }
-
-    /// Some of the input's vertices, picked at random.
-    fn probes(&self, table: &CornerTable, places: &Places) -> Vec<Probe> {
-        let every = self.weights.len().div_ceil(PROBES) as u32;
-        // Picked by a hash, as the order of the vertices may have a pattern.
-        let picked = |v: u32| (v.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every);
-        let (outline, step) = (self.paths.outline(), places.frame.step() as f32);
-        let probe = |v: u32, corners| Probe {
-            vertex: Vertex(v),
-            corners,
-            weight: self.weights[v as usize],
-            outline: outline[v as usize] / (step * step).max(f32::MIN_POSITIVE),
-        };
-        let mut probes = Vec::new();
-        for t in table.triangles() {
-            let mut at = self.first[t.index()];
-            while at != NONE {
-                if picked(at) {
-                    probes.push(probe(at, table.triangle(t)));
+                if self.picked[at as usize] {
+                    probes.push(Probe { vertex: Vertex(at), corners: table.triangle(t) });
                 }
                 at = self.next[at as usize];
             }
+            let (distance, rounding) = (f64::from(squared).sqrt() / places.frame.step(), 0.75f64.sqrt());
+            if distance > 0.5 * most - rounding && distance > 0.0 {
+                far.push((table.triangle(t), (distance + rounding).min(most)));
+            }
         }
-        let there = (0..table.vertex_slots() as u32).filter(|&v| table.corner_of(Vertex(v)).is_some());
-        probes.extend(there.filter(|&v| picked(v)).map(|v| probe(v, [Vertex(v); 3])));
-        probes
+        let picked = self.picked.iter_ones().map(|v| Vertex(v as u32));
+        let there = picked.filter(|&v| v.index() < table.vertex_slots() && table.corner_of(v).is_some());
+        probes.extend(there.map(|v| Probe { vertex: v, corners: [v; 3] }));
+        let outline = self.paths.outline();
+        let step = places.frame.step() as f32;
+        let off = |v: Vertex| outline[v.index()] / (step * step).max(f32::MIN_POSITIVE);
+        let outline = probes.iter().map(|probe| off(probe.vertex));
+        let mut outline: Vec<f32> = outline.collect();
+        if outline.iter().all(|&squared| squared == 0.0) {
+            outline = Vec::new();
+        }
+        // All levels' are kept until the last one is there.
+        probes.shrink_to_fit();
+        far.shrink_to_fit();
+        let unit = places.frame.length(1.0);
+        let total: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
+        let missing = if total > 0.0 { self.missing / total * unit * unit } else { 0.0 };
+        Traces { probes, outline, far, most, missing }
+    }
+
+    /// Of each vertex of the input a third of the area round it.
+    pub fn into_weights(self) -> Vec<f32> {
+        self.weights
     }
 
     /// How far the level as it stands and the input are apart, the level's vertices moved to the lattice.
@@ -214,6 +224,12 @@ impl Covering {
             rms: places.frame.length((mean + variance).sqrt()),
         }
     }
+}
+
+/// Some of so many vertices: by a hash, as their order may have a pattern.
+fn picked(count: usize) -> BitVec {
+    let every = count.div_ceil(PROBES).max(1) as u32;
+    (0..count as u32).map(|v| (v.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every)).collect()
 }
 
 /// A triangle and the ways to its neighbours.

@@ -128,6 +128,8 @@ pub struct Simplified {
     pub errors: Vec<LevelError>,
     /// For each level what tells of its error once its vertices have moved.
     pub traces: Vec<Traces>,
+    /// Of each vertex of the input a third of the area round it.
+    pub weights: Vec<f32>,
     /// Where the time went.
     pub seconds: Seconds,
 }
@@ -216,7 +218,8 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    Ok(Simplified { base: remover.table, history: remover.history, errors, traces, seconds })
+    let Remover { table: base, history, covering, .. } = remover;
+    Ok(Simplified { base, history, errors, traces, weights: covering.into_weights(), seconds })
 }
 
 /// Vertices of the input for each that a base may have before components are left out of it that are larger than its error.
@@ -263,7 +266,11 @@ mod tests {
                             table.triangle_count()
                         );
                     }
-                    assert_eq!(table, done.base);
+                    // Places have been given back on the way; order and corners are as they were.
+                    let mut base = done.base;
+                    table.compact();
+                    base.compact();
+                    assert_eq!(table, base);
                     assert_eq!(done.errors.len(), done.history.level_count() + 1);
                 }
             }

@@ -13,7 +13,7 @@
 use super::frame::Places;
 use super::nearest::farthest_of_triangle;
 use crate::mesh::distance::point_segment_distance_squared;
-use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
+use crate::mesh::{Corner, CornerMap, CornerTable, Triangle, Vertex};
 use glam::DVec3;
 
 /// The paths of a level's edges.
@@ -22,7 +22,7 @@ pub struct Paths {
     input: CornerTable,
     /// By corner, for the edge opposite, both sides alike: the squared distance of its path's farthest knot. Where the path has not been
     /// followed, a bound of it, negative; at the boundary NaN.
-    farthest: Vec<f32>,
+    farthest: CornerMap<f32>,
     /// For each vertex of the input's boundary its squared distance from the edge of the level whose path it is on; 0 for others.
     outline: Vec<f32>,
     /// Vertices on or beside the last path.
@@ -32,14 +32,26 @@ pub struct Paths {
 impl Paths {
     /// Nothing is removed yet: each edge is its path.
     pub fn new(input: &CornerTable) -> Self {
-        // Four for each triangle, as corners are numbered.
-        let farthest = vec![0.0; 4 * input.slots()];
-        Self { farthest, outline: vec![0.0; input.vertex_slots()], input: input.clone(), met: Vec::new() }
+        Self {
+            input: input.clone(),
+            farthest: CornerMap::new(0.0, input.slots()),
+            outline: vec![0.0; input.vertex_slots()],
+            met: Vec::new(),
+        }
     }
 
     /// The largest squared distance of the edges of a triangle, or a bound of it. It is one of a star, which may be gone.
     pub fn known(&self, t: Triangle) -> f32 {
-        t.corners().into_iter().map(|c| self.farthest[c.index()].abs()).fold(0.0, f32::max)
+        self.farthest.0[t.index()].into_iter().map(f32::abs).fold(0.0, f32::max)
+    }
+
+    /// The triangles that are left of the level, in order, are now numbered as in this list.
+    pub fn compact(&mut self, there: &[Triangle]) {
+        for (k, t) in there.iter().enumerate() {
+            self.farthest.0[k] = self.farthest.0[t.index()];
+        }
+        self.farthest.0.truncate(there.len());
+        self.farthest.0.shrink_to_fit();
     }
 
     /// Some triangles are new, and so are the edges between them, whose squared distance is at most `bound` by their ends.
@@ -49,16 +61,16 @@ impl Paths {
         triangles: &[Triangle],
         mut bound: impl FnMut(Vertex, Vertex) -> f32,
     ) {
-        for c in triangles.iter().flat_map(|t| t.corners()) {
-            self.farthest[c.index()] = f32::NAN;
+        for t in triangles {
+            self.farthest.0[t.index()] = [f32::NAN; 3];
         }
         for c in triangles.iter().flat_map(|t| t.corners()) {
             // The edges to other triangles are as they were. At the boundary a path is followed again: it costs little.
             let beyond = table.opposite(c);
             if beyond.is_some() {
-                let known = self.farthest[beyond.index()];
+                let known = self.farthest[beyond];
                 let (a, b) = table.edge(c);
-                self.farthest[c.index()] = if known.is_nan() { -bound(a, b) } else { known };
+                self.farthest[c] = if known.is_nan() { -bound(a, b) } else { known };
             }
         }
     }
@@ -71,7 +83,7 @@ impl Paths {
             if beyond.is_some() && beyond < c {
                 continue;
             }
-            let mut squared = self.farthest[c.index()];
+            let mut squared = self.farthest[c];
             if squared.is_nan() {
                 squared = self.follow(table, places, c);
             }
@@ -119,10 +131,10 @@ impl Paths {
     }
 
     fn set(&mut self, table: &CornerTable, c: Corner, squared: f32) {
-        self.farthest[c.index()] = squared;
+        self.farthest[c] = squared;
         let beyond = table.opposite(c);
         if beyond.is_some() {
-            self.farthest[beyond.index()] = squared;
+            self.farthest[beyond] = squared;
         }
     }
 

@@ -10,12 +10,17 @@ use glam::Vec4;
 /// Most sides of a star polygon.
 pub const MAX_SIDES: usize = 16;
 
-/// Length of a row of numbers by vertex of the polygon: whoever takes four from any of them on stays inside.
+/// Most sides of those that are met all the time: what is worked on is then a third as large.
+pub const FEW_SIDES: usize = 8;
+
+/// Lengths of a row of numbers by vertex of the polygon: whoever takes four from any of them on stays inside.
 pub const ROW: usize = MAX_SIDES + 4;
+/// The same of few.
+pub const FEW_ROW: usize = FEW_SIDES + 4;
 
 /// Four numbers of a row.
 #[inline]
-pub fn four(row: &[f32; ROW], from: usize) -> Vec4 {
+pub fn four<const ROW: usize>(row: &[f32; ROW], from: usize) -> Vec4 {
     Vec4::from_slice(&row[from..from + 4])
 }
 
@@ -29,27 +34,27 @@ pub struct Solved {
 }
 
 impl Solved {
-    /// Solves the polygon of 3 to [`MAX_SIDES`] sides.
+    /// Solves the polygon of 3 to `MOST` sides, [`MAX_SIDES`] or fewer; a `ROW` is longer by four.
     ///
     /// `edge(i, j)`, i < j, is what making an edge costs, infinite where it must not be made. It is asked for the diagonals, and for
     /// the closing side 0, n-1 only where `open`. `triangles(i, j, k)` are the costs of the triangles i, j and each of
     /// k to k+3, those from j on finite and otherwise of no meaning.
     #[inline]
-    pub fn new(
+    pub fn new<const MOST: usize, const ROW: usize>(
         sides: usize,
         open: bool,
         edge: impl Fn(usize, usize) -> f32,
         triangles: impl Fn(usize, usize, usize) -> Vec4,
     ) -> Self {
-        debug_assert!((3..=MAX_SIDES).contains(&sides));
+        debug_assert!((3..=MOST).contains(&sides));
         // Symmetric. What is not solved yet is infinite, and so is a triangle whose third vertex is not between the others.
-        let mut best = [[f32::INFINITY; ROW]; MAX_SIDES];
-        let mut apex = [[0u8; MAX_SIDES]; MAX_SIDES];
-        for i in 1..sides.min(MAX_SIDES) {
+        let mut best = [[f32::INFINITY; ROW]; MOST];
+        let mut apex = [[0u8; MOST]; MOST];
+        for i in 1..sides.min(MOST) {
             best[i - 1][i] = 0.0;
             best[i][i - 1] = 0.0;
         }
-        for span in 2..sides.min(MAX_SIDES) {
+        for span in 2..sides.min(MOST) {
             for i in 0..sides - span {
                 let j = i + span;
                 let own = if span < sides - 1 || open { edge(i, j) } else { 0.0 };
@@ -84,8 +89,8 @@ impl Shape {
     /// No triangulation.
     pub const NONE: Self = Self(0);
 
-    fn new(sides: usize, apex: &[[u8; MAX_SIDES]; MAX_SIDES]) -> Self {
-        let mut open = [(0u8, 0u8); MAX_SIDES];
+    fn new<const MOST: usize>(sides: usize, apex: &[[u8; MOST]; MOST]) -> Self {
+        let mut open = [(0u8, 0u8); MOST];
         open[0] = (0, sides as u8 - 1);
         let (mut count, mut bits, mut place) = (1, 0, 1 << 31);
         while count > 0 {
@@ -215,23 +220,26 @@ mod tests {
     fn the_cheapest_triangulation_of_a_hexagon() {
         // A triangle costs 1, but 0 where it contains vertex 2: the fan round 2 wins.
         let cost = |t: [usize; 3]| if t.contains(&2) { 0.0 } else { 1.0 };
-        let solved = Solved::new(6, false, FREE, each(cost));
+        let solved = Solved::new::<MAX_SIDES, ROW>(6, false, FREE, each(cost));
         assert_eq!(solved.cost, 0.0);
         let t = solved.shape.triangulation().unwrap();
         assert_eq!(t.triangles.iter().count(), 4);
         assert!(t.triangles.iter().all(|t| t.contains(&2)));
         // Without the diagonals of vertex 2 a triangulation is left, without any diagonal none.
         let never_at_2 = |i, j| if i == 2 || j == 2 { f32::INFINITY } else { 0.0 };
-        let t = Solved::new(6, false, never_at_2, each(cost)).shape.triangulation().unwrap();
+        let t =
+            Solved::new::<MAX_SIDES, ROW>(6, false, never_at_2, each(cost)).shape.triangulation().unwrap();
         assert!(t.diagonals().all(|(i, j)| i != 2 && j != 2));
-        assert!(Solved::new(6, false, NEVER, each(cost)).shape.triangulation().is_none());
+        assert!(Solved::new::<MAX_SIDES, ROW>(6, false, NEVER, each(cost)).shape.triangulation().is_none());
     }
 
     #[test]
     fn an_open_polygon_asks_for_its_closing_side() {
-        assert!(Solved::new(3, true, NEVER, each(|_| 1.0)).shape.triangulation().is_none());
-        assert!(Solved::new(3, false, NEVER, each(|_| 1.0)).shape.triangulation().is_some());
-        assert_eq!(Solved::new(3, true, |_, _| 0.5, each(|_| 1.0)).cost, 1.5);
+        assert!(Solved::new::<MAX_SIDES, ROW>(3, true, NEVER, each(|_| 1.0)).shape.triangulation().is_none());
+        assert!(
+            Solved::new::<MAX_SIDES, ROW>(3, false, NEVER, each(|_| 1.0)).shape.triangulation().is_some()
+        );
+        assert_eq!(Solved::new::<MAX_SIDES, ROW>(3, true, |_, _| 0.5, each(|_| 1.0)).cost, 1.5);
     }
 
     #[test]
@@ -239,7 +247,7 @@ mod tests {
         for sides in 3..=MAX_SIDES {
             // Costs without any order.
             let cost = |[i, k, j]: [usize; 3]| ((i * 7919 + k * 104_729 + j * 1_299_709) % 1009) as f32;
-            let solved = Solved::new(sides, false, FREE, each(cost));
+            let solved = Solved::new::<MAX_SIDES, ROW>(sides, false, FREE, each(cost));
             let t = solved.shape.triangulation().unwrap();
             assert_eq!(t.triangles.iter().count(), sides - 2);
             assert_eq!(t.triangles.iter().map(cost).sum::<f32>(), solved.cost);

@@ -99,6 +99,11 @@ impl<'a> Remover<'a> {
 
     /// Begins a level: nothing is blocked.
     pub fn begin_level(&mut self, pattern: Option<Pattern>) {
+        // What removed triangles have left is most of the memory by and by.
+        if self.table.slots() > SPARSE * self.table.triangle_count() {
+            let there = self.table.compact();
+            self.covering.compact(&there);
+        }
         // The pattern is part of what a removal costs.
         if pattern.is_some() || self.pattern.is_some() {
             self.energies.costs.fill(f32::NAN);
@@ -435,6 +440,9 @@ fn is_picked(v: Vertex, every: u32) -> bool {
 
 /// What an edge costs for the distance of its middle from the vertex removed.
 const MIDDLE: f32 = 1.5;
+
+/// Places for triangles, for each that is left, from which on the others are given back.
+const SPARSE: usize = 8;
 
 /// Vertices that tell what is flat, before anything is known.
 const PROBES: usize = 512;

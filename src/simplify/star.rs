@@ -1,6 +1,6 @@
 //! The star of a vertex as a polygon to be triangulated anew.
 
-use super::polygon::{MAX_SIDES, ROW, Solved, four};
+use super::polygon::{FEW_ROW, FEW_SIDES, MAX_SIDES, ROW, Solved, four};
 use crate::mesh::Vertex;
 use glam::{DVec3, Vec3, Vec4};
 
@@ -94,12 +94,25 @@ impl Star {
     /// stake. Beyond some mean edges that of a sliver tells no more than that it is one, and weighs no more.
     #[inline]
     pub fn solve(&self, price: f32, edge: impl Fn(usize, usize) -> f32) -> Solved {
-        let sides = self.sides.min(MAX_SIDES);
+        if self.sides <= FEW_SIDES {
+            self.solve_within::<FEW_SIDES, FEW_ROW>(price, edge)
+        } else {
+            self.solve_within::<MAX_SIDES, ROW>(price, edge)
+        }
+    }
+
+    #[inline]
+    fn solve_within<const MOST: usize, const ROW: usize>(
+        &self,
+        price: f32,
+        edge: impl Fn(usize, usize) -> f32,
+    ) -> Solved {
+        let sides = self.sides.min(MOST);
         let (mut x, mut y, mut z) = ([0.0; ROW], [0.0; ROW], [0.0; ROW]);
         for (i, p) in self.points[..sides].iter().enumerate() {
             (x[i], y[i], z[i]) = (p.x, p.y, p.z);
         }
-        let mut lengths = [[0.0; ROW]; MAX_SIDES];
+        let mut lengths = [[0.0; ROW]; MOST];
         for (row, p) in lengths.iter_mut().zip(&self.points[..sides]) {
             let mut j = 0;
             while j < sides {
@@ -131,7 +144,7 @@ impl Star {
             let cost = (scaled / twice_area).min(WORST);
             Vec4::select(twice_area.cmpgt(Vec4::ZERO), cost, WORST)
         };
-        Solved::new(sides, self.boundary, edge, triangles)
+        Solved::new::<MOST, ROW>(sides, self.boundary, edge, triangles)
     }
 
     /// What some triangles of the polygon distort: the part of [`Star::solve`]'s cost that is not shape.

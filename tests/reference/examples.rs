@@ -287,7 +287,8 @@ fn the_square_exactly_and_in_order() {
     assert_eq!(copied.triangles, [[5, 0, 1], [3, 4, 2]]);
 
     // D, A, B, C and A once more; the second triangle first, with the other A.
-    let told = Order { vertices: vec![3, 0, 1, 2, 0], triangles: vec![[4, 3, 0], [1, 2, 3]] };
+    let triangles = vec![[4, 3, 0], [1, 2, 3]];
+    let told = Order { vertices: vec![3, 0, 1, 2, 0], triangles, ..Order::default() };
     let (payload, work) = told.encode(mesh, &residue, &tour.walk, &whole, 4, &[(1, 1), (0, 1)]).unwrap();
     // Two triangles, four vertices, and the second A, by 1,024.
     assert_eq!((&payload[..], work), (&order[..], 64 * 6 + 16 * 1024));

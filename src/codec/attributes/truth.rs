@@ -59,7 +59,9 @@ impl Truth {
             classes_of.push(classes);
         }
         let count = wedges.as_flattened().iter().max().map_or(0, |&most| most as usize + 1);
-        for (of_wedge, classes) in of_wedge.iter_mut().zip(&classes_of).filter(|(_, classes)| !classes.is_empty()) {
+        for (of_wedge, classes) in
+            of_wedge.iter_mut().zip(&classes_of).filter(|(_, classes)| !classes.is_empty())
+        {
             of_wedge.resize(count, NONE);
             for (&wedge, &class) in wedges.as_flattened().iter().zip(classes.as_flattened()) {
                 of_wedge[wedge as usize] = class;

@@ -196,7 +196,8 @@ impl<'a, K: Known> WholePass<'a, K> {
         }
         let table = &self.finest.mesh.table;
         let far = |i: usize| {
-            let [a, b] = [corners[(i + count - 1) % count].prev(), corners[i].next()].map(|c| self.wedges.of(c));
+            let [a, b] =
+                [corners[(i + count - 1) % count].prev(), corners[i].next()].map(|c| self.wedges.of(c));
             if a == Wedges::NONE || b == Wedges::NONE { 0 } else { 1 + usize::from(a != b) }
         };
         let inner = usize::from(is_boundary)..count;
@@ -256,7 +257,8 @@ fn bend(finest: Finest, c: Corner, o: Corner) -> usize {
         return 2;
     }
     let normal = |c: Corner| {
-        let [a, b, d] = finest.mesh.table.vertices_from(c).map(|v| finest.mesh.positions[v.index()].map(f64::from));
+        let [a, b, d] =
+            finest.mesh.table.vertices_from(c).map(|v| finest.mesh.positions[v.index()].map(f64::from));
         let [u, w] = [b, d].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
         [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]]
     };
@@ -281,7 +283,9 @@ pub fn code_triangles<C: BitCoder>(
 ) -> Result<(), WholeError> {
     let table = &finest.mesh.table;
     let walk = &finest.tour.walk;
-    for (k, column) in columns.iter_mut().enumerate().filter(|(_, column)| column.kind.domain == Domain::Triangle) {
+    for (k, column) in
+        columns.iter_mut().enumerate().filter(|(_, column)| column.kind.domain == Domain::Triangle)
+    {
         budget.take_work(WORK_A_CORNER * finest.whole.triangles.len() as u64)?;
         budget.take_memory(table.slots(), size_of::<u32>())?;
         let mut place = vec![u32::MAX; table.slots()];

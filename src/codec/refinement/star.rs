@@ -8,6 +8,7 @@ use crate::codec::lift::minus;
 use crate::codec::position::Surroundings;
 use crate::codec::vector::{Vector, truncate};
 use crate::entropy::BitCoder;
+use crate::mesh::prefetch::prefetch;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Root, Site, stellar};
 
@@ -58,6 +59,12 @@ impl LevelPass {
             let [_, beyond_ar, beyond_rb] = table.opposites_from(o);
             right = table.vertex(o);
             beyond = [beyond_bl, beyond_la, beyond_ar, beyond_rb];
+        }
+        if self.cells.lifting > 0 {
+            // What lifts move is looked at once the position is known.
+            for w in [a, b, left, right] {
+                prefetch(&under.mesh.positions[w.index()]);
+            }
         }
         // Where there is nothing beyond, anything will do.
         let far = beyond.map(|c| if c.is_some() { table.vertex(c) } else { a });

@@ -190,6 +190,8 @@ pub struct Kind {
     pub domain: Domain,
     /// Numbers of the source a value.
     pub components: usize,
+    /// How the source stores them.
+    pub stored: Stored,
     /// Whether there are corners, or triangles, without a value.
     pub partial: bool,
     /// How numbers became integers.
@@ -199,7 +201,7 @@ pub struct Kind {
 impl Kind {
     /// Integers a value.
     pub fn integers(&self) -> usize {
-        self.quantisation.integers(self.components)
+        self.quantisation.integers(self.components, self.stored)
     }
 }
 

@@ -1,0 +1,103 @@
+//! Whether the attributes of a decoded mesh are those of the mesh it was made from.
+
+use super::triangles::Zeros;
+use anyhow::bail;
+use std::hash::{DefaultHasher, Hash, Hasher};
+use unweld::container::AttributeEntry;
+use unweld::mesh::attributes::Values;
+use unweld::mesh::{Attribute, IndexedMesh};
+
+/// The attributes of a mesh that a file has, by its table of contents, as it has them; and the titles of those that it has not.
+///
+/// # Errors
+/// Where the file has one that the mesh has not.
+pub fn as_coded(
+    mesh: &IndexedMesh,
+    entries: &[AttributeEntry],
+) -> anyhow::Result<(Vec<Attribute>, Vec<String>)> {
+    let mut left: Vec<&Attribute> = mesh.attributes.iter().collect();
+    let mut coded = Vec::with_capacity(entries.len());
+    for entry in entries {
+        let is_it = |attribute: &&Attribute| {
+            (attribute.title(), attribute.domain, attribute.components, attribute.values.stored())
+                == (entry.title(), entry.domain, entry.components, entry.stored)
+        };
+        let Some(found) = left.iter().position(is_it) else {
+            bail!("it has no attribute {} of that kind", entry.title())
+        };
+        coded.push(rounded(left.remove(found), entry));
+    }
+    Ok((coded, left.into_iter().map(Attribute::title).collect()))
+}
+
+/// An attribute with its values as quantisation leaves them.
+fn rounded(attribute: &Attribute, entry: &AttributeEntry) -> Attribute {
+    let mut values = Values::new(entry.stored);
+    let mut integers = Vec::new();
+    for k in 0..attribute.count() {
+        integers.clear();
+        entry.quantisation.quantise(attribute, k, &mut integers);
+        entry.quantisation.value(&integers, entry.components, &mut values);
+    }
+    Attribute { values, ..attribute.clone() }
+}
+
+/// Which attribute differs between two meshes of the same triangles, and at how many of them, if one does. `ordered`: the triangles are in the
+/// same order.
+pub fn differ(mesh: &IndexedMesh, expected: &IndexedMesh, zeros: Zeros, ordered: bool) -> Option<String> {
+    for (a, b) in mesh.attributes.iter().zip(&expected.attributes) {
+        let [mut here, mut there] = [prints(mesh, a, zeros), prints(expected, b, zeros)];
+        if !ordered {
+            here.sort_unstable();
+            there.sort_unstable();
+        }
+        let apart = if ordered {
+            here.iter().zip(&there).filter(|(x, y)| x != y).count()
+        } else {
+            missing(&here, &there)
+        };
+        if apart > 0 {
+            return Some(format!(
+                "{} differs at {}",
+                a.title(),
+                super::numbers::count(apart as u64, "triangle")
+            ));
+        }
+    }
+    None
+}
+
+/// How many of the second list, sorted as the first, are not in the first.
+fn missing(here: &[u64], there: &[u64]) -> usize {
+    let mut here = here.iter().peekable();
+    there
+        .iter()
+        .filter(|&print| {
+            while here.next_if(|other| *other < print).is_some() {}
+            here.next_if(|other| *other == print).is_none()
+        })
+        .count()
+}
+
+/// What tells triangles apart by their places and an attribute, from whichever corner they begin.
+fn prints(mesh: &IndexedMesh, attribute: &Attribute, zeros: Zeros) -> Vec<u64> {
+    let corner = |t: usize, k: usize| {
+        let mut hasher = DefaultHasher::new();
+        mesh.positions[mesh.triangles[t][k] as usize].map(|x| zeros.bits(x)).hash(&mut hasher);
+        let n = attribute.components;
+        let value = attribute
+            .at(t, k)
+            .map(|value| (0..n).map(|i| attribute.values.bits(n * value + i)).collect::<Vec<_>>());
+        value.hash(&mut hasher);
+        hasher.finish()
+    };
+    let print = |t: usize| {
+        let mut corners = [0, 1, 2].map(|k| corner(t, k));
+        let least = (0..3).min_by_key(|&k| corners[k]).unwrap_or(0);
+        corners.rotate_left(least);
+        let mut hasher = DefaultHasher::new();
+        corners.hash(&mut hasher);
+        hasher.finish()
+    };
+    (0..mesh.triangles.len()).map(print).collect()
+}

@@ -62,6 +62,9 @@ pub struct Args {
     /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
+    /// All levels have all components, however small; otherwise each appears where a level is nearer to the input than it is large
+    #[arg(long)]
+    keep_components: bool,
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
     #[arg(long, value_name = "LEVELS", default_value = "none", value_parser = keyframes)]
     keyframes: Keyframes,
@@ -339,6 +342,7 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         lifting: args.lifting,
         attribute_bits: args.attributes.bits(&source.mesh),
         lock_boundary: args.simplification.lock_boundary,
+        births: !args.keep_components,
         rich_models: args.profile.of_library().rich_models(),
         weld: args.simplification.weld,
         max_memory: args.max_memory.unwrap_or(u64::MAX),
@@ -362,6 +366,7 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
         ("preview".to_owned(), value_name(&args.preview)),
         ("lifting".to_owned(), args.lifting.to_string()),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
+        ("keep-components".to_owned(), args.keep_components.to_string()),
         ("keyframes".to_owned(), keyframes),
     ]);
     settings.extend(args.attributes.settings());
@@ -371,7 +376,7 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 13] = [
+const DEFAULTS: [(&str, &str); 14] = [
     ("position-bits", "14"),
     ("exact", "false"),
     ("keep-order", "false"),
@@ -379,6 +384,7 @@ const DEFAULTS: [(&str, &str); 13] = [
     ("preview", "auto"),
     ("lifting", "13"),
     ("base-vertices", "auto"),
+    ("keep-components", "false"),
     ("keyframes", "none"),
     ("method", "stellar"),
     ("choices", "8"),
@@ -432,11 +438,12 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 9] {
+fn parts(report: &Report) -> [(&'static str, f64); 10] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),
         ("base", report.base_bits),
+        ("births", report.birth_bits),
         ("residue", report.residue_bits),
         ("attributes", report.attribute_bits),
         ("correction", report.correction_bits),

@@ -25,6 +25,10 @@ pub struct Options {
     pub lifting: u8,
     /// Whether boundary vertices stay.
     pub lock_boundary: bool,
+    /// Whether coarse levels may lack small components of the mesh, which are born at the first level that is nearer to the input than they
+    /// are large (spec §7.4); where boundary vertices stay, only those without a boundary. A component that a level lacks counts in its
+    /// errors with its size.
+    pub births: bool,
     /// Which vertices are one.
     pub weld: Weld,
     /// Whether coordinates come back bit for bit at level 0, and of which type they are. All of the mesh must be of it.
@@ -54,6 +58,7 @@ impl Default for Options {
             preview: Preview::Auto,
             lifting: DEFAULT_LIFTING,
             lock_boundary: false,
+            births: true,
             weld: Weld::Exact,
             exact: None,
             keep_order: false,

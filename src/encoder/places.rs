@@ -73,11 +73,17 @@ impl Places {
             }
         };
         let changes = if lifting > 0 { changes } else { Vec::new() };
-        for (error, change) in simplified.errors.iter_mut().zip(changes) {
+        for ((error, traces), change) in simplified.errors.iter_mut().zip(&traces).zip(changes) {
             if change.max > 0.0 {
                 error.max = change.max * lattice.step;
             }
-            error.rms *= change.squares.sqrt();
+            // What is missing is not lifted.
+            let there = (error.rms * error.rms - traces.missing).max(0.0);
+            error.rms = if traces.missing > 0.0 {
+                (there * change.squares + traces.missing).sqrt()
+            } else {
+                error.rms * change.squares.sqrt()
+            };
         }
         base.positions.clone_from(&places.born);
         places
@@ -121,6 +127,9 @@ impl Places {
             }
             for operation in simplified.history.level(j) {
                 gone[operation.vertex.index()] = true;
+            }
+            for v in simplified.history.birth(j).into_iter().flat_map(|birth| &birth.vertices) {
+                gone[v.index()] = true;
             }
         }
         Some(changes)
@@ -204,16 +213,20 @@ struct Split {
 
 /// The splits of each level that move the ends of their edges, in the order of the level's walk.
 fn splits(history: &History, base: &ProgressiveMesh) -> Vec<Vec<Split>> {
-    let (mut table, mut roots) = (base.table.clone(), base.roots.clone());
+    let mut mesh =
+        ProgressiveMesh { table: base.table.clone(), positions: Vec::new(), roots: base.roots.clone() };
     let mut levels = vec![Vec::new(); history.level_count()];
     for j in (0..levels.len()).rev() {
-        levels[j] = of_level(history, j, &table, &roots);
+        levels[j] = of_level(history, j, &mesh.table, &mesh.roots);
         for operation in history.level(j) {
             operation
-                .apply(&mut table, history.flips(operation))
+                .apply(&mut mesh.table, history.flips(operation))
                 .expect("the history leads back from the base");
             let (Site::Edge(beside, _) | Site::Face(beside, ..) | Site::Attach(beside, _)) = operation.site;
-            roots.mend(&table, operation.vertex, beside);
+            mesh.roots.mend(&mesh.table, operation.vertex, beside);
+        }
+        if let Some(birth) = history.birth(j) {
+            mesh.join(&birth.table, &Roots::choose(&birth.table), |v| birth.name(v));
         }
     }
     levels

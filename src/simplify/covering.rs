@@ -17,6 +17,10 @@ pub struct Covering {
     weights: Vec<f32>,
     /// Squared distance of each vertex from the triangle that covers it; 0 for those of the mesh.
     distances: Vec<f32>,
+    /// Weights times squared distances of the vertices of components that are left out.
+    missing: f64,
+    /// The squared size of the largest of these components.
+    largest_missing: f64,
     /// The vertices that [`Traces`] tell of.
     picked: BitVec,
     /// Where the edges run on the input.
@@ -25,7 +29,8 @@ pub struct Covering {
     patches: Vec<Patch>,
 }
 
-/// How far a level and the input are apart, in the input's units; but for the input's residue, which levels do not have.
+/// How far a level and the input are apart, in the input's units; but for the input's residue, which levels do not have. A component that a
+/// level lacks counts with its size, the diagonal of its bounding box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
     /// Largest distance of a point of either surface from the other one: a bound before the level's vertices are moved to the lattice,
@@ -53,6 +58,10 @@ pub struct Traces {
     pub most: f64,
     /// That of what is in neither list, at most; rounding included.
     pub left_out: f64,
+    /// What components that are missing make of the mean squared distance, in the square of the input's units.
+    pub missing: f64,
+    /// The size of the largest of them, in steps of the lattice: as far off it counts, however the level's vertices move.
+    pub largest_missing: f64,
 }
 
 /// A vertex of the input, and where a level has it.
@@ -83,6 +92,8 @@ impl Covering {
             next: vec![NONE; count],
             weights,
             distances: vec![0.0; count],
+            missing: 0.0,
+            largest_missing: 0.0,
             picked: picked(count),
             paths: Paths::new(table),
             patches: Vec::new(),
@@ -106,6 +117,13 @@ impl Covering {
             out.push(Vertex(at));
             at = self.next[at as usize];
         }
+    }
+
+    /// The component of a vertex is left out, and is so large, squared: as far off the vertex counts.
+    pub fn miss(&mut self, v: Vertex, squared: f64) {
+        self.distances[v.index()] = squared as f32;
+        self.missing += f64::from(self.weights[v.index()]) * squared;
+        self.largest_missing = self.largest_missing.max(squared);
     }
 
     /// The largest squared distance known of a triangle whose vertices have been taken off: of these and of the edges' paths.
@@ -197,7 +215,12 @@ impl Covering {
         probes.shrink_to_fit();
         vertices.shrink_to_fit();
         edges.shrink_to_fit();
-        Traces { probes, outline, vertices, edges, most, left_out: left_out.max(rounding) }
+        let unit = places.frame.length(1.0);
+        let total: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
+        let missing = if total > 0.0 { self.missing / total * unit * unit } else { 0.0 };
+        let largest_missing = self.largest_missing.sqrt() / places.frame.step();
+        let left_out = left_out.max(rounding);
+        Traces { probes, outline, vertices, edges, most, left_out, missing, largest_missing }
     }
 
     /// For each probe its squared distance from the level's boundary, in steps of the lattice; none where all are 0.

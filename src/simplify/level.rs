@@ -17,22 +17,24 @@ pub struct Allowance {
     pub quota: usize,
     /// Most of what all removals would cost, as a share of the sum of roots; 1 is no limit.
     pub budget: f64,
+    /// Triangles of components that the level has left out already.
+    pub gone: usize,
 }
 
 /// Removes one level: first the vertices of the pattern's class, if any, then those that the method chooses, and no more than half of the
 /// triangles (but for one vertex). `report` is told the vertices left.
 pub fn remove_level(
     remover: &mut Remover,
-    Allowance { quota, budget }: Allowance,
+    Allowance { quota, budget, gone }: Allowance,
     options: &Options,
     random: &mut SplitMix64,
     report: &mut dyn FnMut(usize) -> Result<()>,
 ) -> Result<()> {
     // Two triangles go with an interior vertex; the first removal is free, or a disc of three triangles would stay.
-    let half = remover.table.triangle_count() / 2;
+    let (left, half) = (remover.table.triangle_count(), (remover.table.triangle_count() + gone) / 2);
     let mut level = Level {
         vertices: remover.vertices.saturating_sub(quota),
-        triangles: (remover.table.triangle_count() - half + 1).min(remover.table.triangle_count() - 1),
+        triangles: (left + gone - half + 1).min(left - 1),
         remover,
         report,
     };

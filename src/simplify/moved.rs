@@ -72,7 +72,7 @@ impl Moved {
             most = most.max(squared.min(bound * bound));
         }
         let found = f64::from(most.sqrt().max(told)) / step + rounding;
-        found.max(traces.left_out + farthest).min(traces.most + farthest)
+        found.max(traces.left_out + farthest).min(traces.most + farthest).max(traces.largest_missing)
     }
 }
 

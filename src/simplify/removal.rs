@@ -145,6 +145,11 @@ impl<'a> Remover<'a> {
         (left, sample)
     }
 
+    /// How many vertices are locked.
+    pub fn held(&self) -> usize {
+        vertices(&self.table).filter(|v| self.barred.locked[v.index()]).count()
+    }
+
     /// Whether the surface is bent more or less alike, so that the shape of triangles counts.
     pub fn is_bent_alike(&mut self) -> bool {
         self.probe();

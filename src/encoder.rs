@@ -17,7 +17,7 @@ use crate::limits::MAX_LIFTING;
 use crate::mesh::topology::{self, Conditioned, ConditioningReport, Manifold};
 use crate::mesh::{IndexedMesh, Lattice, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
-use crate::simplify::{self, Simplified};
+use crate::simplify::{self, Features, Simplified};
 use finish::Finish;
 use levels::Levels;
 use places::Places;
@@ -258,7 +258,15 @@ impl<'a> Encoder<'a> {
         let Manifold { table, positions, locked } = manifold;
         let options = self.options.simplify.clone();
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
-        let simplified = simplify::simplify(table, &positions, locked, lattice, &options, &mut progress)?;
+        let simplified = simplify::simplify(
+            table,
+            &positions,
+            locked,
+            Features::default(),
+            lattice,
+            &options,
+            &mut progress,
+        )?;
         Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 

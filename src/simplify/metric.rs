@@ -3,6 +3,7 @@
 use super::Options;
 use super::frame::Places;
 use super::quadric::Quadric;
+use super::seams::Seams;
 use super::star::Star;
 use crate::mesh::{CornerTable, Vertex};
 use glam::{DVec3, Vec3};
@@ -43,8 +44,8 @@ impl Energy {
 
 impl Metric {
     /// Assigns quadrics and the scale that both costs are measured in.
-    pub fn new(table: &CornerTable, places: &Places, options: &Options) -> Self {
-        let (quadrics, mean_edge, area) = assign_quadrics(table, places);
+    pub fn new(table: &CornerTable, places: &Places, seams: Option<&Seams>, options: &Options) -> Self {
+        let (quadrics, mean_edge, area) = assign_quadrics(table, places, seams);
         // The variance of what is uniform in a cell, over an area of one.
         let noise = options.alpha * (places.frame.step() / mean_edge).powi(2) / 12.0;
         // Before anything is known of the surface, a triangulation is as near to it as can be.
@@ -140,7 +141,7 @@ impl Metric {
 }
 
 /// The quadrics of all vertices, the mean length of an edge, and the area.
-fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64, f64) {
+fn assign_quadrics(table: &CornerTable, places: &Places, seams: Option<&Seams>) -> (Vec<Quadric>, f64, f64) {
     let mut quadrics = vec![Quadric::default(); places.positions.len()];
     let (mut length, mut edges, mut area) = (0.0, 0usize, 0.0);
     for t in table.triangles() {
@@ -154,8 +155,8 @@ fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64, 
             let (x, y) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
             length += x.distance(y);
             edges += 1;
-            if table.opposite(c).is_none() {
-                // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6).
+            if table.opposite(c).is_none() || seams.is_some_and(|seams| seams.is_seam(c)) {
+                // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6), and one on either side of a seam its curve.
                 let wall = Quadric::of_plane(
                     (y - x).cross(normal).normalize_or_zero(),
                     DVec3::ZERO,
@@ -201,7 +202,7 @@ mod tests {
         let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
         let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
         let places = Places { positions: &positions, frame: Frame::new(&lattice) };
-        let metric = Metric::new(&table, &places, &Options::default());
+        let metric = Metric::new(&table, &places, None, &Options::default());
         let link = [1, 2, 3].map(Vertex).into_iter();
         let star = Star::new(link, true, places.at(Vertex(0)), |v| places.at(v)).unwrap();
         check(metric, star);

@@ -93,3 +93,199 @@ impl Seams {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Method, Options, Simplified, simplify};
+    use super::*;
+    use crate::mesh::random::SplitMix64;
+    use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
+    use std::collections::{BTreeMap, BTreeSet};
+
+    fn table(mesh: &IndexedMesh) -> CornerTable {
+        CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap()
+    }
+
+    fn bits(table: &CornerTable, is_seam: impl Fn(Corner) -> bool) -> BitVec {
+        let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
+        for c in table.triangles().flat_map(|t| t.corners()) {
+            seams.set(c.index(), table.opposite(c).is_some() && is_seam(c));
+        }
+        seams
+    }
+
+    /// Where the nearest of some random vertices changes from triangle to triangle; only on the side of the smaller corner, as an input
+    /// may say it.
+    fn cells(mesh: &IndexedMesh, table: &CornerTable, count: u32, seed: u64) -> BitVec {
+        let mut random = SplitMix64::new(seed);
+        let sites: Vec<_> = (0..count).map(|_| random.below(mesh.positions.len() as u32) as usize).collect();
+        let cell = |t: Triangle| {
+            let p = mesh.positions[table.triangle(t)[0].index()];
+            let apart = |&s: &usize| (0..3).map(|k| (p[k] - mesh.positions[s][k]).powi(2)).sum::<f64>();
+            sites.iter().enumerate().min_by(|x, y| apart(x.1).total_cmp(&apart(y.1))).map(|x| x.0)
+        };
+        bits(table, |c| c < table.opposite(c) && cell(c.triangle()) != cell(table.opposite(c).triangle()))
+    }
+
+    /// One edge in so many, wherever it is.
+    fn scattered(table: &CornerTable, one_in: u32, seed: u64) -> BitVec {
+        bits(table, |c| {
+            let edge = c.0.min(table.opposite(c).0);
+            SplitMix64::new(seed ^ u64::from(edge) << 20).below(one_in) == 0
+        })
+    }
+
+    fn run(mesh: &IndexedMesh, seams: &BitVec, options: &Options) -> (CornerTable, Simplified) {
+        let table = table(mesh);
+        let (min, max) = lattice::bounds(mesh.positions.iter().copied()).unwrap();
+        let lattice = Lattice::over(min, max, 14);
+        let locked = BitVec::repeat(false, mesh.positions.len());
+        let features = Features { seams: seams.clone() };
+        let done =
+            simplify(table.clone(), &mesh.positions, locked, features, &lattice, options, &mut |_, _| true);
+        (table, done.unwrap())
+    }
+
+    /// Edges as pairs of vertices, smaller first.
+    fn edge(a: Vertex, b: Vertex) -> (Vertex, Vertex) {
+        (a.min(b), a.max(b))
+    }
+
+    /// The charts as they are told by edges alone: of each directed seam or boundary edge the chart on its left. Panics where a chart's
+    /// triangles do not agree.
+    fn charts(table: &CornerTable, seams: &BTreeSet<(Vertex, Vertex)>) -> (Vec<usize>, usize) {
+        let mut of = vec![usize::MAX; table.slots()];
+        let mut count = 0;
+        for first in table.triangles() {
+            if of[first.index()] != usize::MAX {
+                continue;
+            }
+            let mut open = vec![first];
+            while let Some(t) = open.pop() {
+                of[t.index()] = count;
+                for c in t.corners() {
+                    let (a, b) = table.edge(c);
+                    let o = table.opposite(c);
+                    if o.is_some() && !seams.contains(&edge(a, b)) && of[o.triangle().index()] == usize::MAX {
+                        of[o.triangle().index()] = count;
+                        open.push(o.triangle());
+                    }
+                }
+            }
+            count += 1;
+        }
+        (of, count)
+    }
+
+    /// Takes the history back vertex by vertex, seams as pairs of vertices beside it, and checks all that is promised. Returns how
+    /// many vertices have gone from curves.
+    fn check(seams: &BitVec, table: &CornerTable, done: &Simplified) -> usize {
+        let mut mesh = table.clone();
+        let is_seam = |c: Corner| {
+            let o = table.opposite(c);
+            o.is_some() && (seams[c.index()] || seams[o.index()])
+        };
+        let corners = || table.triangles().flat_map(|t| t.corners());
+        let mut edges: BTreeSet<_> =
+            corners().filter(|&c| is_seam(c)).map(|c| table.edge(c)).map(|(a, b)| edge(a, b)).collect();
+        let (of, count) = charts(table, &edges);
+        // By directed feature edge the chart on its left.
+        let mut left: BTreeMap<_, _> = corners()
+            .filter(|&c| is_seam(c) || table.opposite(c).is_none())
+            .map(|c| (table.edge(c), of[c.triangle().index()]))
+            .collect();
+        let mut slid = 0;
+        for j in 0..done.history.level_count() {
+            for operation in done.history.level(j) {
+                let v = operation.vertex;
+                let at: Vec<_> = mesh.link(v).into_iter().filter(|&w| edges.contains(&edge(v, w))).collect();
+                let boundary = mesh.is_boundary(v);
+                let link = mesh.link(v);
+                let ends = match at[..] {
+                    [] if boundary => Some((link[0], link[link.len() - 1])),
+                    [] => None,
+                    [a, b] if !boundary => Some((a, b)),
+                    _ => panic!("{v:?} has {} seams, boundary: {boundary}", at.len()),
+                };
+                operation.undo(&mut mesh, done.history.flips(operation)).unwrap();
+                if let Some((a, b)) = ends {
+                    for (a, b) in [(a, b), (b, a)] {
+                        let halves = [left.remove(&(a, v)), left.remove(&(v, b))];
+                        assert_eq!(halves[0], halves[1], "the same chart on both halves");
+                        halves[0].and_then(|chart| left.insert((a, b), chart));
+                    }
+                }
+                if let [a, b] = at[..] {
+                    slid += 1;
+                    assert!(edges.remove(&edge(a, v)) && edges.remove(&edge(v, b)));
+                    assert!(edges.insert(edge(a, b)), "two curves become one at {a:?} {b:?}");
+                    assert!(mesh.has_edge(a, b));
+                }
+            }
+            assert_eq!(mesh.check(), Ok(()));
+            // All of a chart's borders, and no others, are round the same triangles.
+            let (of, now) = charts(&mesh, &edges);
+            assert_eq!(now, count, "level {j}");
+            let mut chart_of = vec![None; count];
+            let mut seen = 0;
+            for c in mesh.triangles().flat_map(|t| t.corners()) {
+                let (a, b) = mesh.edge(c);
+                if mesh.opposite(c).is_none() || edges.contains(&edge(a, b)) {
+                    let chart = left[&(a, b)];
+                    assert_eq!(*chart_of[of[c.triangle().index()]].get_or_insert(chart), chart, "level {j}");
+                    seen += 1;
+                }
+            }
+            assert_eq!(seen, left.len(), "every border is an edge at level {j}");
+        }
+        assert_eq!(mesh, done.base);
+        for j in (0..done.history.level_count()).rev() {
+            done.history.apply_level(&mut mesh, j).unwrap();
+        }
+        assert_eq!(mesh.triangle_count(), table.triangle_count());
+        slid
+    }
+
+    /// All profiles, both methods, down to where nothing goes any more.
+    fn settings() -> impl Iterator<Item = Options> {
+        let profiles = [Options::default(), Options::small(), Options::fine()];
+        let both = |options: Options| {
+            [Method::Stellar, Method::Ffc].map(|method| Options {
+                method,
+                base_vertices: Some(0),
+                ..options.clone()
+            })
+        };
+        profiles.into_iter().flat_map(both)
+    }
+
+    #[test]
+    fn charts_stay_whole_at_every_level() {
+        let meshes = [
+            shapes::torus(24, 36),
+            shapes::bumpy_sphere(4, 3),
+            shapes::annulus(200),
+            shapes::grid(20, 30),
+            shapes::handle_body(3),
+            shapes::torus_with_hole(20, 12),
+            shapes::two_components(),
+        ];
+        let mut slid = 0;
+        for (k, mesh) in (0..).zip(&meshes) {
+            let table = table(mesh);
+            for options in settings() {
+                for count in [2, 7] {
+                    let seams = cells(mesh, &table, count, 10 * k + u64::from(count));
+                    let (table, done) = run(mesh, &seams, &options);
+                    slid += check(&seams, &table, &done);
+                }
+                for one_in in [3, 30] {
+                    let seams = scattered(&table, one_in, k);
+                    let (table, done) = run(mesh, &seams, &options);
+                    slid += check(&seams, &table, &done);
+                }
+            }
+        }
+        assert!(slid > 1000, "{slid} vertices have gone from curves");
+    }
+}

@@ -3,7 +3,6 @@
 use super::Options;
 use super::frame::Places;
 use super::quadric::Quadric;
-use super::seams::Seams;
 use super::star::Star;
 use crate::mesh::{CornerTable, Vertex};
 use glam::{DVec3, Vec3};
@@ -44,8 +43,8 @@ impl Energy {
 
 impl Metric {
     /// Assigns quadrics and the scale that both costs are measured in.
-    pub fn new(table: &CornerTable, places: &Places, seams: Option<&Seams>, options: &Options) -> Self {
-        let (quadrics, mean_edge, area) = assign_quadrics(table, places, seams);
+    pub fn new(table: &CornerTable, places: &Places, options: &Options) -> Self {
+        let (quadrics, mean_edge, area) = assign_quadrics(table, places);
         // The variance of what is uniform in a cell, over an area of one.
         let noise = options.alpha * (places.frame.step() / mean_edge).powi(2) / 12.0;
         // Before anything is known of the surface, a triangulation is as near to it as can be.
@@ -118,7 +117,7 @@ impl Metric {
         let own =
             (foot.length_squared() * f64::from(star.area) * unit).max(f64::from(distortion) * unit * unit);
         let scale = self.alpha / self.mean_edge.powi(4);
-        let distortion = self.quadrics[v.index()].at(foot).max(own) * scale;
+        let distortion = (self.quadrics[v.index()].at(foot).max(own) + aside(star)) * scale;
         let total = distortion + f64::from(shape) * unit * unit * scale;
         Energy { distortion: distortion as f32, total: total as f32 }
     }
@@ -140,8 +139,17 @@ impl Metric {
     }
 }
 
+/// How far a vertex comes to lie beside its curve, if it is on one: the squared distance times that of the curve's ends, as of a wall.
+fn aside(star: &Star) -> f64 {
+    star.curve.map_or(0.0, |(a, b)| {
+        let off = star.foot([[a, a, b]].into_iter()).length_squared();
+        let length = star.point(a).distance_squared(star.point(b));
+        CURVE * f64::from(off) * f64::from(length) * star.mean_edge.powi(4)
+    })
+}
+
 /// The quadrics of all vertices, the mean length of an edge, and the area.
-fn assign_quadrics(table: &CornerTable, places: &Places, seams: Option<&Seams>) -> (Vec<Quadric>, f64, f64) {
+fn assign_quadrics(table: &CornerTable, places: &Places) -> (Vec<Quadric>, f64, f64) {
     let mut quadrics = vec![Quadric::default(); places.positions.len()];
     let (mut length, mut edges, mut area) = (0.0, 0usize, 0.0);
     for t in table.triangles() {
@@ -155,8 +163,8 @@ fn assign_quadrics(table: &CornerTable, places: &Places, seams: Option<&Seams>) 
             let (x, y) = (corners[(k + 1) % 3], corners[(k + 2) % 3]);
             length += x.distance(y);
             edges += 1;
-            if table.opposite(c).is_none() || seams.is_some_and(|seams| seams.is_seam(c)) {
-                // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6), and one on either side of a seam its curve.
+            if table.opposite(c).is_none() {
+                // A wall on each boundary edge keeps the outline (Garland and Heckbert 1997, §6).
                 let wall = Quadric::of_plane(
                     (y - x).cross(normal).normalize_or_zero(),
                     DVec3::ZERO,
@@ -179,6 +187,8 @@ pub fn lower_quartile(numbers: &mut [f32]) -> Option<f32> {
 
 /// Weight of a wall, as of Garland and Heckbert's: what is off the outline is seen against whatever lies behind it.
 const OUTLINE: f64 = 10.0;
+/// Weight of the distance from a curve: so curves are about as near to the input's as surfaces are. The surface behind it is the same.
+const CURVE: f64 = 1.0;
 /// How many times the lower quartile of the distortions may be below their typical value, the square of the mean root, for shape to count
 /// in full. Where distances spread as a normal distribution does, it is below it 6 times.
 const ALIKE: f64 = 30.0;
@@ -202,7 +212,7 @@ mod tests {
         let table = CornerTable::from_triangles(4, &[[0, 1, 2], [0, 2, 3]]).unwrap();
         let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
         let places = Places { positions: &positions, frame: Frame::new(&lattice) };
-        let metric = Metric::new(&table, &places, None, &Options::default());
+        let metric = Metric::new(&table, &places, &Options::default());
         let link = [1, 2, 3].map(Vertex).into_iter();
         let star = Star::new(link, true, places.at(Vertex(0)), |v| places.at(v)).unwrap();
         check(metric, star);

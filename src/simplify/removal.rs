@@ -89,7 +89,7 @@ impl<'a> Remover<'a> {
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
-        let metric = watch.assign(|| Metric::new(&table, &places, seams.as_ref(), options));
+        let metric = watch.assign(|| Metric::new(&table, &places, options));
         Self {
             vertices,
             covering: Covering::new(&table, &places),
@@ -265,13 +265,10 @@ impl<'a> Remover<'a> {
         let price = self.metric.shape_price(&star);
         let solved = star.solve(price, |i, j| self.price(v, &star, price, i, j));
         let Some(best) = solved.shape.triangulation() else { return (Energy::NEVER, Shape::NONE) };
-        // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles. And one of a curve
-        // is to be near the new curve.
+        // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles.
         let sides = star.ring().len();
         let foot = if star.boundary {
             star.foot([[0, 0, sides - 1]].into_iter())
-        } else if let Some((a, b)) = star.curve {
-            star.foot([[a, a, b]].into_iter())
         } else {
             star.foot(best.triangles.iter())
         };

@@ -151,6 +151,11 @@ mod tests {
         (a.min(b), a.max(b))
     }
 
+    fn edges(table: &CornerTable, seams: &BitVec) -> BTreeSet<(Vertex, Vertex)> {
+        let corners = table.triangles().flat_map(|t| t.corners());
+        corners.filter(|c| seams[c.index()]).map(|c| table.edge(c)).map(|(a, b)| edge(a, b)).collect()
+    }
+
     /// The charts as they are told by edges alone: of each directed seam or boundary edge the chart on its left. Panics where a chart's
     /// triangles do not agree.
     fn charts(table: &CornerTable, seams: &BTreeSet<(Vertex, Vertex)>) -> (Vec<usize>, usize) {
@@ -181,18 +186,15 @@ mod tests {
     /// many vertices have gone from curves.
     fn check(seams: &BitVec, table: &CornerTable, done: &Simplified) -> usize {
         let mut mesh = table.clone();
-        let is_seam = |c: Corner| {
-            let o = table.opposite(c);
-            o.is_some() && (seams[c.index()] || seams[o.index()])
-        };
-        let corners = || table.triangles().flat_map(|t| t.corners());
-        let mut edges: BTreeSet<_> =
-            corners().filter(|&c| is_seam(c)).map(|c| table.edge(c)).map(|(a, b)| edge(a, b)).collect();
+        let mut edges = edges(table, seams);
         let (of, count) = charts(table, &edges);
         // By directed feature edge the chart on its left.
-        let mut left: BTreeMap<_, _> = corners()
-            .filter(|&c| is_seam(c) || table.opposite(c).is_none())
-            .map(|c| (table.edge(c), of[c.triangle().index()]))
+        let mut left: BTreeMap<_, _> = table
+            .triangles()
+            .flat_map(|t| t.corners())
+            .map(|c| (table.edge(c), c))
+            .filter(|&((a, b), c)| table.opposite(c).is_none() || edges.contains(&edge(a, b)))
+            .map(|(directed, c)| (directed, of[c.triangle().index()]))
             .collect();
         let mut slid = 0;
         for j in 0..done.history.level_count() {
@@ -287,5 +289,117 @@ mod tests {
             }
         }
         assert!(slid > 1000, "{slid} vertices have gone from curves");
+    }
+
+    /// The base of a mesh, no vertex of which need stay for its number.
+    fn base(mesh: &IndexedMesh, seams: &BitVec) -> CornerTable {
+        run(mesh, seams, &Options { base_vertices: Some(0), ..Options::default() }).1.base
+    }
+
+    /// Where every edge is a seam, every triangle is a chart, and the base is the mesh.
+    #[test]
+    fn where_every_edge_is_a_seam_all_stays() {
+        // Vertices of all kinds: of three triangles, of two at the boundary, and of one, an ear.
+        for mesh in [shapes::tetrahedron(), shapes::strip(9), shapes::disc_with_ears(), shapes::torus(8, 6)] {
+            let seams = bits(&table(&mesh), |_| true);
+            for options in settings() {
+                let (table, done) = run(&mesh, &seams, &options);
+                assert_eq!(done.base, table);
+            }
+        }
+    }
+
+    /// The equator of a sphere is a loop without a corner: three of its vertices stay, and a triangle on either side.
+    #[test]
+    fn a_closed_curve_keeps_three_vertices() {
+        let mesh = shapes::sphere(3);
+        let table = table(&mesh);
+        let north =
+            |t: Triangle| table.triangle(t).iter().map(|v| mesh.positions[v.index()][2]).sum::<f64>() > 0.0;
+        let seams = bits(&table, |c| north(c.triangle()) != north(table.opposite(c).triangle()));
+        assert!(seams.count_ones() > 60);
+        let (table, done) = run(&mesh, &seams, &Options { base_vertices: Some(0), ..Options::default() });
+        let on_curve = seams.count_ones() / 2;
+        let gone = check(&seams, &table, &done);
+        assert!(gone <= on_curve - 3 && gone >= on_curve - 6, "{gone} of {on_curve}");
+    }
+
+    /// A seam along the middle of a sheet ends inside it, or at its boundary: its ends stay, and what is between goes.
+    #[test]
+    fn ends_stay_wherever_they_are() {
+        let mesh = shapes::grid(16, 8);
+        let table = table(&mesh);
+        let middle = |i: u32| Vertex(4 * 17 + i);
+        for (from, to) in [(0, 16), (0, 10), (5, 10)] {
+            let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
+            (from..to).for_each(|i| seams.set(table.find_edge(middle(i), middle(i + 1)).index(), true));
+            let base = base(&mesh, &seams);
+            assert!(base.has_edge(middle(from), middle(to)), "{from} to {to}");
+        }
+    }
+
+    /// The corners of the two triangles of a square, one of whose other vertices has no other triangle: without the seam it goes.
+    #[test]
+    fn an_ear_behind_a_seam_stays() {
+        let mesh = shapes::grid(6, 6);
+        let table = table(&mesh);
+        // A corner of the sheet with one triangle.
+        let ear = (0..49).map(Vertex).find(|&v| table.valence(v) == 2).unwrap();
+        assert!(base(&mesh, &BitVec::new()).corner_of(ear).is_none());
+        let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
+        seams.set(table.corner_of(ear).index(), true);
+        assert!(base(&mesh, &seams).corner_of(ear).is_some());
+    }
+
+    /// On a plane everything goes for nothing but a seam's bends: it stays as near as the bends that are left allow.
+    #[test]
+    fn a_curve_stays_where_it_is() {
+        // A square of two charts, whose border is a circle.
+        let mut mesh = shapes::grid(40, 40);
+        mesh.positions.iter_mut().for_each(|p| p[2] = 0.0);
+        let table = table(&mesh);
+        let inside = |t: Triangle| {
+            let sum = table.triangle(t).map(|v| mesh.positions[v.index()]);
+            let middle = [0, 1].map(|k| sum.iter().map(|p| p[k]).sum::<f64>() / 3.0 - 20.0);
+            middle[0].hypot(middle[1]) < 14.0
+        };
+        let seams = bits(&table, |c| inside(c.triangle()) != inside(table.opposite(c).triangle()));
+        let area = |table: &CornerTable, seams: &BTreeSet<_>| {
+            let (of, count) = charts(table, seams);
+            assert_eq!(count, 2);
+            let mut areas = [0.0; 2];
+            for t in table.triangles() {
+                let [a, b, c] = table.triangle(t).map(|v| mesh.positions[v.index()]);
+                areas[of[t.index()]] += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+            }
+            areas[0].min(areas[1])
+        };
+        let before = edges(&table, &seams);
+        let (table, done) = run(&mesh, &seams, &Options { base_vertices: Some(80), ..Options::default() });
+        let mut after = before.clone();
+        let mut level = table.clone();
+        for operation in done.history.operations() {
+            let v = operation.vertex;
+            let at: Vec<_> = level.link(v).into_iter().filter(|&w| after.contains(&edge(v, w))).collect();
+            if let [a, b] = at[..] {
+                after.retain(|&(x, y)| x != v && y != v);
+                after.insert(edge(a, b));
+            }
+            operation.undo(&mut level, done.history.flips(operation)).unwrap();
+        }
+        let (before_area, after_area) = (area(&table, &before), area(&level, &after));
+        println!("{} {} {before_area} {after_area}", before.len(), after.len());
+        assert!((after_area / before_area - 1.0).abs() < 0.02, "{after_area} for {before_area}");
+    }
+
+    #[test]
+    fn seams_are_those_of_the_table() {
+        let mesh = shapes::torus(5, 4);
+        let table = table(&mesh);
+        let of = |seams| Seams::new(&table, Features { seams });
+        assert!(of(BitVec::new()).unwrap().is_none());
+        assert!(of(BitVec::repeat(false, 4 * table.slots())).unwrap().is_none());
+        assert!(of(BitVec::repeat(true, 4 * table.slots())).unwrap().is_some());
+        assert!(matches!(of(BitVec::repeat(true, 3 * table.slots())), Err(Error::Parameter(_))));
     }
 }

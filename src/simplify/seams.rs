@@ -100,6 +100,7 @@ mod tests {
     use super::*;
     use crate::mesh::random::SplitMix64;
     use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
+    use crate::refine::Site;
     use std::collections::{BTreeMap, BTreeSet};
 
     fn table(mesh: &IndexedMesh) -> CornerTable {
@@ -222,6 +223,12 @@ mod tests {
                     assert!(edges.remove(&edge(a, v)) && edges.remove(&edge(v, b)));
                     assert!(edges.insert(edge(a, b)), "two curves become one at {a:?} {b:?}");
                     assert!(mesh.has_edge(a, b));
+                    // So that both sides' wedges come to be on one edge.
+                    assert!(
+                        matches!(operation.site, Site::Edge(x, y) if edge(x, y) == edge(a, b)),
+                        "{:?} splits no seam",
+                        operation.site
+                    );
                 }
             }
             assert_eq!(mesh.check(), Ok(()));
@@ -338,12 +345,11 @@ mod tests {
         }
     }
 
-    /// The corners of the two triangles of a square, one of whose other vertices has no other triangle: without the seam it goes.
+    /// A corner of a sheet has one triangle, behind a seam: without the seam it goes.
     #[test]
     fn an_ear_behind_a_seam_stays() {
         let mesh = shapes::grid(6, 6);
         let table = table(&mesh);
-        // A corner of the sheet with one triangle.
         let ear = (0..49).map(Vertex).find(|&v| table.valence(v) == 2).unwrap();
         assert!(base(&mesh, &BitVec::new()).corner_of(ear).is_none());
         let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
@@ -388,7 +394,6 @@ mod tests {
             operation.undo(&mut level, done.history.flips(operation)).unwrap();
         }
         let (before_area, after_area) = (area(&table, &before), area(&level, &after));
-        println!("{} {} {before_area} {after_area}", before.len(), after.len());
         assert!((after_area / before_area - 1.0).abs() < 0.02, "{after_area} for {before_area}");
     }
 

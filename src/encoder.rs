@@ -18,7 +18,7 @@ use crate::limits::MAX_LIFTING;
 use crate::mesh::topology::{self, Conditioned, ConditioningReport, Manifold};
 use crate::mesh::{IndexedMesh, Lattice, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
-use crate::simplify::{self, Births, Simplified};
+use crate::simplify::{self, Births, Features, Simplified};
 use finish::Finish;
 use levels::Levels;
 use places::Places;
@@ -276,7 +276,9 @@ impl<'a> Encoder<'a> {
         let own = (positions != input).then_some(positions);
         let positions = own.as_deref().unwrap_or(input);
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
-        let simplified = simplify::simplify(table, positions, locked, lattice, &options, &mut progress)?;
+        let none = Features::default();
+        let simplified =
+            simplify::simplify(table, positions, locked, none, lattice, &options, &mut progress)?;
         Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 

@@ -162,7 +162,7 @@ const NONE: u32 = u32::MAX;
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, Simplified, simplify};
+    use super::super::{Features, Options, Simplified, simplify};
     use super::*;
     use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
     use bitvec::bitvec;
@@ -195,6 +195,7 @@ mod tests {
             table.clone(),
             &mesh.positions,
             bitvec![0; mesh.positions.len()],
+            Features::default(),
             &Lattice::over(min, max, 14),
             &options,
             &mut |_, _| true,

@@ -18,6 +18,7 @@ mod polygon;
 mod quadric;
 mod removal;
 mod rows;
+mod seams;
 mod seconds;
 mod shadow;
 mod star;
@@ -25,6 +26,7 @@ mod star;
 pub use births::Births;
 pub use covering::{LevelError, Probe, Traces};
 pub use moved::Moved;
+pub use seams::Features;
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
@@ -36,8 +38,9 @@ use births::{Components, Lack};
 use bitvec::vec::BitVec;
 use frame::{Frame, Places};
 use level::Allowance;
-use removal::Remover;
+use removal::{Kept, Remover};
 use rows::Rows;
+use seams::Seams;
 use seconds::timed;
 
 /// How the next vertex is chosen.
@@ -140,15 +143,16 @@ pub struct Simplified {
 
 /// Simplifies down to the base.
 ///
-/// `locked` vertices stay. `progress` is called with the vertices removed so far and the vertices to remove; it returns
+/// `locked` vertices stay, and so do the curves that `features` names. `progress` is called with the vertices removed so far and the vertices to remove; it returns
 /// whether to go on.
 ///
 /// # Errors
-/// [`Error::Cancelled`] where `progress` said so.
+/// [`Error::Cancelled`] where `progress` said so, [`Error::Parameter`] where `features` are not of this table.
 pub fn simplify(
     table: CornerTable,
     positions: &[[f64; 3]],
-    locked: BitVec,
+    mut locked: BitVec,
+    features: Features,
     lattice: &Lattice,
     options: &Options,
     progress: &mut dyn FnMut(u64, u64) -> bool,
@@ -156,7 +160,11 @@ pub fn simplify(
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
     let mut components = Components::new(&table, &places, options.births);
-    let mut remover = Remover::new(table, places, locked, options);
+    let seams = Seams::new(&table, features)?;
+    if let Some(seams) = &seams {
+        locked |= seams.corners();
+    }
+    let mut remover = Remover::new(table, places, Kept { locked, seams }, options);
     let start = remover.vertices;
     let held = remover.held();
     let target = |held_now: usize| {
@@ -251,7 +259,15 @@ mod tests {
         let (min, max) = crate::mesh::lattice::bounds(mesh.positions.iter().copied()).unwrap();
         let lattice = Lattice::over(min, max, 14);
         let locked = bitvec![0; mesh.positions.len()];
-        let done = simplify(table.clone(), &mesh.positions, locked, &lattice, options, &mut |_, _| true);
+        let done = simplify(
+            table.clone(),
+            &mesh.positions,
+            locked,
+            Features::default(),
+            &lattice,
+            options,
+            &mut |_, _| true,
+        );
         (table, done.unwrap())
     }
 
@@ -342,6 +358,7 @@ mod tests {
             table,
             &mesh.positions,
             locked,
+            Features::default(),
             &Lattice::over(min, max, 14),
             &Options::default(),
             &mut |_, _| true,

@@ -219,7 +219,7 @@ const ODD: Vec3 = Vec3::new(0.408_248_3, 0.577_350_3, std::f32::consts::FRAC_1_S
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, simplify};
+    use super::super::{Features, Options, simplify};
     use super::*;
     use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
     use glam::DVec3;
@@ -235,8 +235,16 @@ mod tests {
         let lattice = Lattice::over(min, max, 14);
         let locked = bitvec![0; mesh.positions.len()];
         let options = Options { base_vertices: Some(20), ..options };
-        let done =
-            simplify(table.clone(), &mesh.positions, locked, &lattice, &options, &mut |_, _| true).unwrap();
+        let done = simplify(
+            table.clone(),
+            &mesh.positions,
+            locked,
+            Features::default(),
+            &lattice,
+            &options,
+            &mut |_, _| true,
+        )
+        .unwrap();
         let mut levels = vec![table];
         for j in 0..count {
             let mut table = levels[j].clone();

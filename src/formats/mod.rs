@@ -17,17 +17,28 @@ use crate::error::{Error, InputError, Place, Result};
 use crate::limits::MAX_ELEMENTS;
 use crate::mesh::IndexedMesh;
 
+mod decimals;
 mod ears;
 mod fan;
 mod foreign;
+mod gather;
 mod gzip;
 mod obj;
+mod obj_dropped;
+mod obj_parts;
+mod obj_values;
 mod obstacles;
 mod off;
+mod off_beside;
+mod origins;
 mod ply;
+mod ply_columns;
+mod ply_faces;
 mod ply_header;
 mod ply_values;
 mod stl;
+mod stl_colours;
+mod stl_text;
 mod text;
 mod write;
 
@@ -185,7 +196,7 @@ fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     let unknown = || whole("the content is of no known format: PLY, OBJ, STL, OFF");
     let mut source = match format.ok_or_else(unknown)? {
         Format::Ply => ply::read(bytes, name)?,
-        Format::Obj => obj::read(bytes, name)?,
+        Format::Obj => obj::read(bytes, name, options.force)?,
         Format::Stl => stl::read(bytes, name, options.force)?,
         Format::Off => off::read(bytes, name)?,
     };

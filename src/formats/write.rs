@@ -116,7 +116,7 @@ pub fn write_stl(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
 }
 
 /// The normal of a triangle, of length 1; 0 where it has none.
-fn unit_normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+pub(super) fn unit_normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let (mut u, mut v): ([f64; 3], [f64; 3]) =
         (array::from_fn(|k| b[k] - a[k]), array::from_fn(|k| c[k] - a[k]));
     // Sides of about 1, so that no product overflows or vanishes.

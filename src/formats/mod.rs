@@ -1,6 +1,6 @@
 //! Foreign meshes in and out: PLY, OBJ, STL and OFF; OFF is only read.
 //!
-//! The readers keep positions and connectivity; whatever else a file carries is named in [`Source::dropped`].
+//! The readers keep positions, connectivity and attributes; whatever else a file carries is named in [`Source::dropped`].
 //! They keep every vertex and every triangle, also those that make no sense as a surface: telling a manifold
 //! from a heap of triangles is not their business. What cannot be a mesh (an index out of range, a coordinate that
 //! is not finite, data that end early) is an error that tells its line or byte.
@@ -27,6 +27,7 @@ mod obj;
 mod obj_dropped;
 mod obj_parts;
 mod obj_values;
+mod obj_write;
 mod obstacles;
 mod off;
 mod off_beside;
@@ -36,14 +37,19 @@ mod ply_columns;
 mod ply_faces;
 mod ply_header;
 mod ply_values;
+mod ply_write;
 mod stl;
 mod stl_colours;
 mod stl_text;
+mod stl_write;
 mod text;
 mod write;
 
 pub use gzip::INFLATED_BYTES;
-pub use write::{Precision, write_obj, write_ply, write_stl};
+pub use obj_write::write_obj;
+pub use ply_write::write_ply;
+pub use stl_write::write_stl;
+pub use write::{Precision, unwritten};
 
 /// A foreign mesh format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -63,7 +63,7 @@ impl<'a> FacetWords<'a> {
 }
 
 /// Red, green and blue of 8 bits of a word that has red in bits 10 to 14.
-fn rgb(word: u16) -> [u8; 3] {
+pub(super) fn rgb(word: u16) -> [u8; 3] {
     [10, 5, 0].map(|shift| {
         let component = word >> shift & MOST;
         // To the nearest fraction; `word` finds it again.

@@ -43,11 +43,8 @@ pub(super) fn read(bytes: &[u8], name: &str, force: bool) -> Result<Source> {
                 parts.face(faces.fans.faces());
                 faces.read(&mut statements, [vertices.positions.len(), uvs.count(), normals.count()])?;
             }
-            Some(keyword) => {
-                if !parts.take(keyword, || statements.words(), faces.fans.faces()) {
-                    dropped.note(keyword, &statements);
-                }
-            }
+            Some(keyword) if parts.take(keyword, || statements.words(), faces.fans.faces()) => {}
+            Some(keyword) => dropped.note(keyword, &statements),
         }
         if !statements.advance() {
             break;

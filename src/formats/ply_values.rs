@@ -238,10 +238,10 @@ mod tests {
 
         let mut text = Text::new(b"-2 0.1 0.1 -nan(ind) inf 1e39", 0, 0, "a");
         assert_eq!(text.bits(Scalar::I16).unwrap(), -2i64 as u64);
-        assert_eq!(text.bits(Scalar::F32).unwrap(), 0.1f32.to_bits().into());
+        assert_eq!(text.bits(Scalar::F32).unwrap(), u64::from(0.1f32.to_bits()));
         assert_eq!(text.bits(Scalar::F64).unwrap(), 0.1f64.to_bits());
         assert!(f32::from_bits(text.bits(Scalar::F32).unwrap() as u32).is_nan());
-        assert_eq!(text.bits(Scalar::F32).unwrap(), f32::INFINITY.to_bits().into());
+        assert_eq!(text.bits(Scalar::F32).unwrap(), u64::from(f32::INFINITY.to_bits()));
         let error = text.bits(Scalar::F32).unwrap_err();
         assert_eq!(error.to_string(), "a: line 1: \"1e39\" is beyond the declared type, binary32");
     }

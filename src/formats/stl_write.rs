@@ -88,7 +88,7 @@ pub(super) fn unwritten(mesh: &IndexedMesh) -> Vec<String> {
     if let Some(colours) = kept.filter(|a| a.semantic == Semantic::Color) {
         let exact = |value: usize| {
             let back = stl_colours::rgb(stl_colours::word(rgb(colours, value)));
-            (0..3).all(|k| colours.values.number(value * colours.components + k) == back[k].into())
+            (0..3).all(|k| colours.values.number(value * colours.components + k) == f64::from(back[k]))
         };
         if colours.components > 3 || colours.values.stored() != Stored::U8 || !(0..colours.count()).all(exact)
         {

@@ -129,7 +129,7 @@ pub struct Source {
     pub coordinates: Coordinates,
     /// Whether the file has its numbers as decimal text.
     pub text: bool,
-    /// What the file carried and the mesh does not, in words for the user, e.g. `"materials (2)"`.
+    /// What the file carried and the mesh does not, in words for the user, e.g. `"line elements (2)"`.
     pub dropped: Vec<String>,
 }
 
@@ -423,7 +423,7 @@ mod tests {
         #[test]
         fn bytes_that_mean_nothing_do_no_harm(
             bytes in prop::collection::vec(any::<u8>(), 0..200),
-            text in "([vf#glp\\\\ /.0-9\n\r-]|v 1 2 3\n|f 1 2 3|OFF 3 1|3 0 1 2|solid|vertex 1 2 3){0,40}",
+            text in "(vt |vn |v 1 2 3 1 0 1\n|f 1/1/1 2/2/1 3//2\n|usemtl |[vf#glp\\\\ /.0-9\n\r-]|v 1 2 3\n|f 1 2 3|OFF 3 1|3 0 1 2|solid|vertex 1 2 3){0,40}",
             format in prop::sample::select(vec![Format::Ply, Format::Obj, Format::Stl, Format::Off]),
         ) {
             let hint = Some(format);

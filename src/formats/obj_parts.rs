@@ -18,6 +18,8 @@ pub(super) struct Parts<'a> {
     runs: Vec<(u32, u32)>,
     smoothing: Vec<(u32, u32)>,
     libraries: Vec<String>,
+    /// Those that are among them.
+    known: HashSet<&'a [u8]>,
     /// Names that are not UTF-8.
     other: HashSet<&'a [u8]>,
 }
@@ -43,8 +45,9 @@ impl<'a> Parts<'a> {
                 self.smoothing.push((faces, group.unwrap_or(u32::from(!matches!(word, b"off" | b"")))));
             }
             b"mtllib" => {
-                let library = self.text(words());
-                if !library.is_empty() && !self.libraries.contains(&library) {
+                let name = words();
+                if !name.is_empty() && self.known.insert(name) {
+                    let library = self.text(name);
                     self.libraries.push(library);
                 }
             }

@@ -43,9 +43,16 @@ pub(super) fn no_place<'a>(
     (!titles.is_empty()).then(|| format!("{} has no place for {}", format.name(), titles.join(", ")))
 }
 
-/// That the attributes are those of the mesh, and its triangles those of its vertices.
+/// That the attributes are those of the mesh; then its triangles must be those of its vertices, too.
 pub(super) fn check(mesh: &IndexedMesh) -> io::Result<()> {
     let invalid = |what: String| io::Error::new(io::ErrorKind::InvalidInput, what);
+    let vertices = mesh.positions.len();
+    if mesh.attributes.is_empty() {
+        return Ok(());
+    }
+    if let Some(v) = mesh.triangles.as_flattened().iter().find(|&&v| v as usize >= vertices) {
+        return Err(invalid(format!("a triangle names vertex {v} of {vertices}")));
+    }
     mesh.attributes.iter().try_for_each(|a| a.check(mesh.triangles.len())).map_err(invalid)
 }
 
@@ -226,6 +233,24 @@ mod tests {
             let n = unit_normal([[0.0; 3], [0.0, size, 0.0], [0.0, 0.0, size / 3.0]]);
             assert_eq!(n, [1.0, 0.0, 0.0]);
         }
+    }
+
+    #[test]
+    fn attributes_of_another_mesh_are_refused() {
+        let mut mesh = IndexedMesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 3]]);
+        let color = Attribute::new(Semantic::Color, 3, Values::U8(vec![0; 3]), vec![0; 3]);
+        mesh.attributes = vec![color];
+        let says = |mesh: &IndexedMesh| {
+            write_ply(mesh, Precision::Float64, &mut io::sink()).map_err(|e| e.to_string())
+        };
+        assert_eq!(says(&mesh), Err("a triangle names vertex 3 of 3".to_owned()));
+        mesh.triangles[0][2] = 2;
+        assert_eq!(says(&mesh), Ok(()));
+        mesh.attributes[0].corners[2] = 1;
+        assert_eq!(says(&mesh), Err("color: index 2 names value 1 of 1".to_owned()));
+        let kind = |r: io::Result<()>| r.unwrap_err().kind();
+        assert_eq!(kind(write_obj(&mesh, Precision::Float64, &mut io::sink())), io::ErrorKind::InvalidInput);
+        assert_eq!(kind(write_stl(&mesh, &mut io::sink())), io::ErrorKind::InvalidInput);
     }
 
     #[test]

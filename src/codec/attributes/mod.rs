@@ -1,8 +1,11 @@
 //! Attributes: which corners of a vertex share their values, and the values (spec §13).
 
 mod column;
+mod frame;
 mod further;
+mod numbers;
 mod predict;
+mod residual;
 #[cfg(feature = "encode")]
 mod truth;
 mod values;

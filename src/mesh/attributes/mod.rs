@@ -1,6 +1,6 @@
 //! What a mesh has beside positions: values at its corners and triangles, such as texture coordinates, normals, colours and parts.
 
-mod quantise;
+pub(crate) mod quantise;
 mod values;
 
 use super::index::Corner;

@@ -281,6 +281,16 @@ pub(crate) fn joined(high: i32, low: i32) -> i64 {
     i64::from(high) << 32 | i64::from(low as u32)
 }
 
+/// The binary32 of an integer of [`ordered`].
+pub(crate) fn short(q: i32) -> f32 {
+    f32::from_bits(ordered(q as u32) as u32)
+}
+
+/// The binary64 of two integers.
+pub(crate) fn long([high, low]: [i32; 2]) -> f64 {
+    f64::from_bits(ordered_long(joined(high, low) as u64) as u64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -32,6 +32,8 @@ pub struct Components {
     keys: Vec<u32>,
     /// Those that may go, the next one last.
     line: Vec<u32>,
+    /// All up to this squared diagonal have gone.
+    gone: f64,
 }
 
 /// What a level may lack beyond what the level before lacks.
@@ -48,7 +50,8 @@ pub struct Lack {
 impl Components {
     /// Those of a mesh.
     pub fn new(table: &CornerTable, places: &Places, births: Births) -> Self {
-        let mut this = Self { of: Vec::new(), sizes: Vec::new(), keys: Vec::new(), line: Vec::new() };
+        let mut this =
+            Self { of: Vec::new(), sizes: Vec::new(), keys: Vec::new(), line: Vec::new(), gone: 0.0 };
         if births == Births::None {
             return this;
         }
@@ -99,7 +102,8 @@ impl Components {
 
     /// Leaves out what may be lacking from the next coarser level on, the smallest first. Returns how many triangles that are.
     pub fn leave(&mut self, remover: &mut Remover, may: Lack) -> usize {
-        if self.smallest().is_none_or(|size| size > may.size) {
+        // What is left out makes the error itself, with half a step of the lattice: the next ones wait until it has grown by more than that.
+        if self.smallest().is_none_or(|size| size > may.size) || may.size < WORTH * WORTH * self.gone {
             return 0;
         }
         let mut counts = vec![[0usize; 2]; self.sizes.len()];
@@ -114,6 +118,9 @@ impl Components {
         while let Some(&k) = self.line.last() {
             let [t, v] = counts[k as usize];
             let too_much = triangles > 0 && triangles + t > may.triangles;
+            if self.sizes[k as usize] > may.size {
+                self.gone = may.size;
+            }
             if self.sizes[k as usize] > may.size || gone >= may.vertices || too_much {
                 break;
             }
@@ -158,6 +165,8 @@ fn key(p: DVec3) -> u32 {
     spread(p.x) | spread(p.y) << 1 | spread(p.z) << 2
 }
 
+/// How much larger an error must be than the components that were left out last for more of them to go: as much, about, as from level to level.
+const WORTH: f64 = 1.25;
 const NONE: u32 = u32::MAX;
 
 #[cfg(test)]

@@ -191,6 +191,7 @@ pub fn simplify(
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
     let mut walked = 0;
+    let mut thins = false;
     while walked + remover.table.triangle_count() as u64 <= allowed {
         let half = remover.table.triangle_count() / 2;
         let error = errors.last().map_or(0.0, |error| error.max) / remover.places.frame.length(1.0);
@@ -210,7 +211,9 @@ pub fn simplify(
             }
         }
         let mut has_level = remover.history.end_level();
-        if !has_level && !may_go_on && remover.vertices > few {
+        // Only where there are far too many: the base is not to lose a large part for a few vertices.
+        thins |= !has_level && !may_go_on && remover.vertices > 2 * few;
+        if !has_level && !may_go_on && thins && remover.vertices > few {
             let size = components.smallest().map_or(0.0, |size| size.max(error * error) * GROWTH * GROWTH);
             let lack = Lack { size, triangles: half, vertices: remover.vertices - few };
             components.leave(&mut remover, lack);

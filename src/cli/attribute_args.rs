@@ -5,7 +5,7 @@ use unweld::mesh::attributes::{Attribute, Semantic};
 
 /// Which attributes a file keeps, and how.
 #[derive(clap::Args)]
-pub struct Choice {
+pub struct Attributes {
     /// Bits of the numbers of attributes, 1 to 24, by their names or by normal, tangent, uv, color, weights, generic; where not given, 12 for uv
     /// and weights, 10 for normals and tangents, and integers are kept as they are
     #[arg(long, value_name = "NAME=N,...", value_delimiter = ',', value_parser = bits)]
@@ -15,7 +15,7 @@ pub struct Choice {
     drop: Vec<String>,
 }
 
-impl Choice {
+impl Attributes {
     /// Bits as the library wants them, of those attributes that a mesh has: one command serves many meshes.
     pub fn bits(&self, mesh: &IndexedMesh) -> Vec<(String, u32)> {
         let is_there =

@@ -84,7 +84,7 @@ pub struct Args {
     #[arg(long, short)]
     pub(super) quiet: bool,
     #[command(flatten)]
-    attributes: attribute_args::Choice,
+    attributes: attribute_args::Attributes,
     #[command(flatten)]
     lattice: lattice::Choice,
     #[command(flatten)]

@@ -258,7 +258,11 @@ mod tests {
             }
             assert_eq!(seen, left.len(), "every border is an edge at level {j}");
         }
-        assert_eq!(mesh, done.base);
+        let [mut left, mut base] = [mesh.clone(), done.base.clone()];
+        // Simplification gives the places of removed triangles back at times.
+        left.compact();
+        base.compact();
+        assert!(left == base);
         for j in (0..done.history.level_count()).rev() {
             done.history.apply_level(&mut mesh, j).unwrap();
         }

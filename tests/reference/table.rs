@@ -51,7 +51,7 @@ pub fn read_levels(table: &mut Fields, n: usize, bits: u32, step: f64) -> Result
         if shape == 0 {
             born = (table.varint()?, table.varint()?);
             let (v, t) = born;
-            demand(v <= 1 << 30 && 1 <= t && t <= 1 << 30, "3.3: counts of a birth")?;
+            demand(v <= 1 << 30 && (1..=1 << 30).contains(&t), "3.3: counts of a birth")?;
             demand(v <= 3 * t && 3 * t <= v * v.saturating_sub(1), "3.6: counts of a birth")?;
             shape = table.varint()?;
         }

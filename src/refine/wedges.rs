@@ -1,4 +1,4 @@
-//! Which wedge each corner names (spec §2.5).
+//! Which wedge each corner names (spec §13.3).
 
 use crate::mesh::{Corner, CornerTable};
 

@@ -65,6 +65,8 @@ impl ValueModels {
             }
         }
         let guess = predict::guess(&mut self.memory, around, column, corners, before);
+        // Those that were repeated, or none, were as expected.
+        self.lengths.resize(column.count() * n, 0);
         let near = self.near(around, column, corners);
         let value = self.residuals(coder, column, &guess, &near, truth)?;
         self.memory.last[..n].copy_from_slice(&value[..n]);

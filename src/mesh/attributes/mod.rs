@@ -91,7 +91,7 @@ impl Domain {
 
 /// A value for each corner, or for each triangle.
 ///
-/// Corners of a vertex with the same values in all attributes are one *wedge* (spec §2.5): what a graphics processor calls a vertex.
+/// Corners of a vertex with the same values in all attributes are one *wedge* (spec §13.3): what a graphics processor calls a vertex.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Attribute {
     /// What the values are.

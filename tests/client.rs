@@ -336,6 +336,7 @@ fn the_page_declares_the_same_fields() {
         let kind = match field.kind() {
             "u32[]" => "Uint32Array",
             "f32[]" => "Float32Array",
+            "u8[]" => "Uint8Array",
             _ => "number",
         };
         (name, kind.to_owned())

@@ -108,13 +108,14 @@ fn places_of(mesh: &ProgressiveMesh, further: u32) -> Vec<u32> {
 }
 
 /// What a page calls attributes: each by its title, with `_` behind it as often as it takes to have a name of its own. The source's names come
-/// after those that the semantics give.
+/// after those that the semantics give, and are never one of them.
 pub fn names(entries: &[AttributeEntry]) -> Vec<String> {
     let mut names = vec![String::new(); entries.len()];
     for named in [false, true] {
         for (k, entry) in entries.iter().enumerate().filter(|(_, entry)| entry.name.is_empty() != named) {
             let mut name = entry.title();
-            while TAKEN.contains(&name.as_str()) || names.contains(&name) {
+            let means = |name: &str| Semantic::ALL.iter().any(|semantic| semantic.name() == name);
+            while TAKEN.contains(&name.as_str()) || (named && means(&name)) || names.contains(&name) {
                 name.push('_');
             }
             names[k] = name;
@@ -150,8 +151,10 @@ mod tests {
             entry(Semantic::TexCoord, 1, ""),
             entry(Semantic::Generic, 3, "uv"),
             entry(Semantic::Generic, 0, "__proto__"),
+            entry(Semantic::Generic, 0, "normal"),
         ];
-        assert_eq!(names(&entries), ["uv_", "position_", "uv", "uv1", "uv__", "__proto___"]);
+        let expected = ["uv_", "position_", "uv", "uv1", "uv__", "__proto___", "normal_"];
+        assert_eq!(names(&entries), expected);
     }
 
     #[test]

@@ -41,7 +41,7 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   finest: number | null = null;
   /** Whether it has the attributes of the file: then its buffers are by wedge, and its groups are the parts. */
   dressed = false;
-  /** Whether these have normals that are those of the triangles, for `flatShading` at every level. */
+  /** Whether these have one normal for each triangle: then it is to be drawn with `flatShading`, at every level. */
   flat = false;
   /** The delta applied last. */
   last: Delta | null = null;

@@ -8,7 +8,7 @@ export interface Dress {
   readonly attributes: Readonly<Record<string, BufferAttribute>>;
   readonly index: BufferAttribute;
   readonly groups: readonly Group[];
-  /** Whether the file's normals are those of the triangles. */
+  /** Whether the file has normals, and one for each triangle. */
   readonly flat: boolean;
 }
 
@@ -26,8 +26,8 @@ export function dressOf(
   position: ArrayLike<number>,
   normal: ArrayLike<number>,
 ): Dress {
-  const at = gathered(position, vertices);
-  const attributes: Dress["attributes"] = { position: new BufferAttribute(at, 3), normal: new BufferAttribute(gathered(normal, vertices), 3) };
+  const byVertex = Object.entries({ position, normal }).map(([name, values]) => [name, new BufferAttribute(gathered(values, vertices), 3)] as const);
+  const attributes: Dress["attributes"] = Object.fromEntries(byVertex);
   const own = file.flatMap(({ name, domain, components, normalised }): [string, BufferAttribute][] =>
     domain === "corner" ? [[name, new BufferAttribute(values[name]!, components, normalised)]] : [],
   );
@@ -40,7 +40,7 @@ export function dressOf(
     attributes: { ...attributes, ...Object.fromEntries(own) },
     index: new BufferAttribute(index, 1),
     groups,
-    flat: normals !== undefined && isFlat(at, normals, indices),
+    flat: normals !== undefined && isFlat(normals, indices),
   };
 }
 
@@ -82,25 +82,12 @@ function byPart(indices: Uint32Array, parts: Numbers): [indices: Uint32Array, gr
   return [sorted, groups];
 }
 
-/** Whether the normals at the corners of every triangle that has an area are its own. */
-function isFlat(position: Float32Array, normals: Numbers, indices: Uint32Array): boolean {
-  const own = [0, 0, 0];
-  const edge = (from: number, to: number, k: number) => position[3 * to + k]! - position[3 * from + k]!;
+/** Whether the three corners of every triangle have the same normal. Equal normals of a source stay equal, however few bits they have. */
+function isFlat(normals: Numbers, indices: Uint32Array): boolean {
+  const alike = (a: number, b: number) => [0, 1, 2].every((k) => normals[3 * a + k] === normals[3 * b + k]);
   for (let t = 0; t < indices.length; t += 3) {
     const [a, b, c] = [indices[t]!, indices[t + 1]!, indices[t + 2]!];
-    for (let k = 0; k < 3; k++) {
-      const [l, m] = [(k + 1) % 3, (k + 2) % 3];
-      own[k] = edge(a, b, l) * edge(a, c, m) - edge(a, b, m) * edge(a, c, l);
-    }
-    const length = Math.hypot(own[0]!, own[1]!, own[2]!);
-    if (length === 0) continue;
-    for (const wedge of [a, b, c]) {
-      const [x, y, z] = [normals[3 * wedge]!, normals[3 * wedge + 1]!, normals[3 * wedge + 2]!];
-      if (x * own[0]! + y * own[1]! + z * own[2]! < ALIKE * length * Math.hypot(x, y, z)) return false;
-    }
+    if (!alike(a, b) || !alike(a, c)) return false;
   }
-  return indices.length > 0;
+  return true;
 }
-
-/** The cosine of one degree: normals of 10 bits are a tenth of it off, those of a surface of 100 edges a turn three times as much. */
-const ALIKE = Math.cos(Math.PI / 180);

@@ -1,5 +1,5 @@
 // Attributes in Node.js: what is told of them, and what becomes of a geometry. `node --test web/tests`
-// `tests/client.rs` makes the files: a globe of radius 1 dressed, with a triangle that is there twice, and an icosahedron.
+// `tests/client.rs` makes the files: a globe of radius 1, a little uneven, dressed, with a triangle that is there twice, and an icosahedron.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -36,7 +36,7 @@ function checkGlobe({ position, indices: triangles }, { vertices, indices, value
   const colorless = [];
   let seam = 0;
   for (let t = 0; 3 * t < indices.length; t++) {
-    let below = 0;
+    const heights = [];
     for (let k = 0; k < 3; k++) {
       const wedge = indices[3 * t + k];
       const p = corner(position, vertices[wedge], 3);
@@ -49,13 +49,14 @@ function checkGlobe({ position, indices: triangles }, { vertices, indices, value
       if (u < -1e-3) seam++;
       assert.ok(Math.abs(v - p[2]) < 2e-3);
       const normal = corner(values.normal, wedge, 3);
-      normal.forEach((x, k) => assert.ok(Math.abs(x - p[k]) < 5e-3));
+      normal.forEach((x, k) => assert.ok(Math.abs(x - p[k] / Math.hypot(...p)) < 5e-3));
       const color = corner(values.color, wedge, 3);
       if (color.every((x) => x === 0)) colorless.push(t);
       else color.forEach((x, k) => assert.ok(Math.abs(x - 127.5 - 127.5 * p[k]) < 2));
-      below += p[2] < -2e-3 ? 1 : 0;
+      heights.push(p[2]);
     }
-    assert.equal(values.part[t], below ? 2 : 5);
+    // On the lattice, a vertex of the equator may be on its other side.
+    if (heights.every((z) => Math.abs(z) > 1e-3)) assert.equal(values.part[t], heights.every((z) => z > 0) ? 5 : 2);
   }
   assert.ok(colorless.length > 0 && colorless.length < indices.length / 6, "some triangles have no colour");
   return seam;
@@ -70,9 +71,9 @@ test("attributes are told once, however the file arrives", async () => {
     assert.ok(vertices.length > mirror.vertices, "there is a seam");
     const types = Object.entries(values).map(([name, array]) => [name, array.constructor.name]);
     assert.deepEqual(types, [["uv", "Float32Array"], ["normal", "Float32Array"], ["color", "Uint8Array"], ["part", "Uint32Array"]]);
-    checkGlobe(mirror, told[0]);
-    const told_ = mirror.last.contents.fileAttributes.map(({ name, domain, components, type, normalised, partial }) => [name, domain, components, type, normalised, partial]);
-    assert.deepEqual(told_, [
+    assert.ok(checkGlobe(mirror, told[0]) > 0, "the seam is a border of the texture");
+    const entries = mirror.last.contents.fileAttributes.map(({ name, domain, components, type, normalised, partial }) => [name, domain, components, type, normalised, partial]);
+    assert.deepEqual(entries, [
       ["uv", "corner", 2, "f32", false, false],
       ["normal", "corner", 3, "f32", false, false],
       ["color", "corner", 3, "u8", true, true],

@@ -89,7 +89,7 @@ export class Stage {
     this.draw();
   }
 
-  /** As the attributes of the mesh have it: its colours, and flat where its normals are those of the triangles. */
+  /** As the attributes of the mesh have it: its colours, and flat where each triangle has one normal. */
   #look(): void {
     const material = this.#material;
     const flat = this.#flat || (this.#geometry?.flat ?? false);

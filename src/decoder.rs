@@ -71,7 +71,8 @@ pub struct Options {
 pub struct Delta {
     /// Vertices appended.
     pub vertices: Range<u32>,
-    /// Where each of them was inserted: on an edge, in a triangle, or outside a boundary edge.
+    /// Where each of them was inserted: on an edge, in a triangle, or outside a boundary edge. One of a component that is born at a level
+    /// has no parents and stands for both ends of an edge itself.
     pub parents: Vec<Site>,
     /// With [`Options::flips`] the flips that followed, in order: the vertex inserted, and the start and end of the link edge that was
     /// flipped.

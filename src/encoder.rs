@@ -18,7 +18,7 @@ use crate::limits::MAX_LIFTING;
 use crate::mesh::topology::{self, Conditioned, ConditioningReport, Manifold};
 use crate::mesh::{IndexedMesh, Lattice, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
-use crate::simplify::{self, Simplified};
+use crate::simplify::{self, Births, Features, Simplified};
 use finish::Finish;
 use levels::Levels;
 use places::Places;
@@ -266,12 +266,19 @@ impl<'a> Encoder<'a> {
         lattice: &Lattice,
     ) -> Result<(Simplified, Vec<[i32; 3]>)> {
         let Manifold { table, positions, locked } = manifold;
+        let births = match (self.options.births, self.options.lock_boundary) {
+            (false, _) => Births::None,
+            (true, true) => Births::Closed,
+            (true, false) => Births::All,
+        };
+        let options = simplify::Options { births, ..self.options.simplify.clone() };
         // A copy of what is there anyway need not be kept.
         let own = (positions != input).then_some(positions);
         let positions = own.as_deref().unwrap_or(input);
-        let options = self.options.simplify.clone();
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
-        let simplified = simplify::simplify(table, positions, locked, lattice, &options, &mut progress)?;
+        let none = Features::default();
+        let simplified =
+            simplify::simplify(table, positions, locked, none, lattice, &options, &mut progress)?;
         Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 

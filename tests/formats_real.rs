@@ -7,6 +7,8 @@ use std::path::{Path, PathBuf};
 use unweld::Error;
 use unweld::error::Place;
 use unweld::formats::{self, Coordinates, Format, Precision};
+use unweld::mesh::attributes::NO_VALUE;
+use unweld::mesh::{Attribute, IndexedMesh};
 
 /// The folder of real meshes, if it is there.
 fn data() -> Option<PathBuf> {
@@ -114,60 +116,136 @@ fn faults_are_placed() {
 }
 
 #[test]
-fn what_is_lost_is_said() {
+fn what_is_kept_and_what_is_lost_is_said() {
     let Some(folder) = data() else { return };
-    for (file, format, polygons, coordinates, dropped) in [
+    for (file, format, polygons, coordinates, kept, dropped) in [
         (
             "scan_bunny.ply.gz",
             Format::Ply,
             0,
             Coordinates::Float32,
-            &["vertex property confidence", "vertex property intensity"][..],
+            "confidence 1 34834, intensity 1 34834",
+            // The scan has vertices of no triangle.
+            &[
+                "vertex property confidence of no triangle (1113)",
+                "vertex property intensity of no triangle (1113)",
+            ][..],
         ),
-        ("organic_horse.ply.gz", Format::Ply, 0, Coordinates::Float32, &["vertex normals"]),
-        ("synth_terrain_utm_f64_holes.ply.gz", Format::Ply, 0, Coordinates::Float64, &[]),
+        ("organic_horse.ply.gz", Format::Ply, 0, Coordinates::Float32, "normal 3 48485", &[]),
+        ("synth_terrain_utm_f64_holes.ply.gz", Format::Ply, 0, Coordinates::Float64, "", &[]),
         (
             "poly_suzanne.obj",
             Format::Obj,
             468,
             Coordinates::Text,
-            &["normals (507)", "polygons (468, cut into triangles)"],
+            "normal 3 507",
+            &["polygons (468, cut into triangles)"],
+        ),
+        ("tex_bunny10k_wedge.ply.gz", Format::Ply, 0, Coordinates::Float32, "uv 2 29997, color 4 9999", &[]),
+        ("tex_fuze/fuze.obj", Format::Obj, 0, Coordinates::Text, "uv 2 664, normal 3 502, part 1 1", &[]),
+        ("tex_spot/spot_triangulated.obj.gz", Format::Obj, 0, Coordinates::Text, "uv 2 3225", &[]),
+        (
+            "tex_ico4uv/ico4uv.obj",
+            Format::Obj,
+            0,
+            Coordinates::Text,
+            "uv 2 729, normal 3 1280, part 1 1",
+            &[],
         ),
         (
-            "tex_bunny10k_wedge.ply.gz",
+            "colour_knot_quality.ply.gz",
             Format::Ply,
             0,
             Coordinates::Float32,
-            &["face texture coordinates", "face colours", "texture file names (1)"],
+            "color 4 12800, quality 1 12800",
+            &[],
         ),
-        ("cad_tray.stl.gz", Format::Stl, 0, Coordinates::Text, &["facet normals", "names of solids (1)"]),
-        ("cad_plate_holes.stl", Format::Stl, 0, Coordinates::Float32, &["facet normals"]),
-        ("colour_swirl_gradient.off.gz", Format::Off, 0, Coordinates::Text, &["vertex colours"]),
+        (
+            "cad_tray.stl.gz",
+            Format::Stl,
+            0,
+            Coordinates::Text,
+            "part 1 1",
+            &["facet normals other than the triangles' (1752)"],
+        ),
+        ("cad_plate_holes.stl", Format::Stl, 0, Coordinates::Float32, "", &[]),
+        ("colour_swirl_gradient.off.gz", Format::Off, 0, Coordinates::Text, "color 3 9216", &[]),
         (
             "nasty/polygons_odd.obj",
             Format::Obj,
             3,
             Coordinates::Text,
+            "",
             &["faces with fewer than 3 corners (1)", "polygons (3, cut into triangles)"],
         ),
     ] {
         let source = formats::read(&folder.join(file)).unwrap();
         assert_eq!(source.format, format, "{file}");
         assert_eq!((source.polygons, source.coordinates), (polygons, coordinates), "{file}");
-        assert_eq!(source.dropped, dropped, "{file}");
+        let told = |a: &Attribute| format!("{} {} {}", a.title(), a.components, a.count());
+        let attributes: Vec<String> = source.mesh.attributes.iter().map(told).collect();
+        assert_eq!(
+            (attributes.join(", ").as_str(), &source.dropped[..]),
+            (kept, &dropped.iter().map(|d| d.to_string()).collect::<Vec<_>>()[..]),
+            "{file}"
+        );
     }
+}
+
+/// Numbers of each corner, or of each triangle.
+fn numbers(attribute: &Attribute) -> Vec<Option<Vec<u64>>> {
+    let value = |value: u32| -> Vec<u64> {
+        let first = value as usize * attribute.components;
+        (first..first + attribute.components).map(|at| attribute.values.bits(at)).collect()
+    };
+    attribute.corners.iter().map(|&at| (at != NO_VALUE).then(|| value(at))).collect()
 }
 
 #[test]
 fn real_meshes_survive_writing() {
     let Some(folder) = data() else { return };
-    for file in ["scan_bunny.ply.gz", "cad_fandisk.obj.gz", "nasty/denormal_coordinates.ply"] {
+    for file in [
+        "scan_bunny.ply.gz",
+        "cad_fandisk.obj.gz",
+        "nasty/denormal_coordinates.ply",
+        "tex_fuze/fuze.obj",
+        "tex_spot/spot_triangulated.obj.gz",
+        "tex_bunny10k_wedge.ply.gz",
+        "tex_ico4uv/ico4uv.obj",
+        "colour_knot_quality.ply.gz",
+        "comps_cycloidal_colour.ply.gz",
+    ] {
         let mesh = formats::read(&folder.join(file)).unwrap().mesh;
-        let (mut ply, mut obj) = (Vec::new(), Vec::new());
-        formats::write_ply(&mesh, Precision::Float64, &mut ply).unwrap();
-        formats::write_obj(&mesh, Precision::Float64, &mut obj).unwrap();
-        for bytes in [ply, obj] {
-            assert_eq!(formats::read_bytes(&bytes, None, file).unwrap().mesh, mesh, "{file}");
+        let corners = |mesh: &IndexedMesh| -> Vec<[f64; 3]> {
+            mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]).collect()
+        };
+        for format in [Format::Ply, Format::Obj] {
+            let mut bytes = Vec::new();
+            match format {
+                Format::Ply => formats::write_ply(&mesh, Precision::Float64, &mut bytes).unwrap(),
+                _ => formats::write_obj(&mesh, Precision::Float64, &mut bytes).unwrap(),
+            }
+            let back = formats::read_bytes(&bytes, Some(format), file).unwrap().mesh;
+            assert!(corners(&back) == corners(&mesh), "{file} {format:?}");
+            let lost = formats::unwritten(&mesh, format);
+            for attribute in &mesh.attributes {
+                if lost.iter().any(|lost| lost.contains(&format!(" {}", attribute.title()))) {
+                    continue;
+                }
+                let same = |a: &&Attribute| {
+                    (a.semantic, a.domain, &a.name) == (attribute.semantic, attribute.domain, &attribute.name)
+                };
+                let back = back
+                    .attributes
+                    .iter()
+                    .find(same)
+                    .unwrap_or_else(|| panic!("{file} {format:?} {}", attribute.title()));
+                // Fractions of text are the nearest to those of bytes.
+                if format == Format::Obj && attribute.normalised {
+                    continue;
+                }
+                assert!(numbers(back) == numbers(attribute), "{file} {format:?} {}", attribute.title());
+            }
         }
     }
 }

@@ -102,7 +102,10 @@ fn formats() {
     }
 }
 
-const FILES: [&[u8]; 12] = [
+const FILES: [&[u8]; 15] = [
+    b"mtllib a.mtl\nv 0 0 0 1 0 .5\nv 1 0 0 1 1 1 .5\nv 1 1 0\nv 0 1 0 255 0 7\nvt 0 0\nvt 1 nan\nvt .1 .2 .3\nvn 0 0 1\nvn 1 0 0\no x\ng a b\nusemtl m\ns 1\nf 1/1/1 2/2/1 3/3/2 4//2\ng\ns off\nf 1/-1 2/1 3/2\n",
+    b"ply\nformat ascii 1.0\ncomment TextureFile a.png\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nproperty short q\nelement face 2\nproperty list uchar int vertex_indices\nproperty list uchar float texcoord\nproperty int texnumber\nproperty uchar red\nproperty uchar green\nproperty uchar blue\nend_header\n0 0 0 0 0 1 1 2 3 4\n1 0 0 0 0 1 1 2 3 4\n0 1 0 0 0 1 1 2 3 4\n1 1 0 0 0 1 1 2 3 4\n3 0 1 2 6 .1 .2 .3 .4 .5 .6 0 1 2 3\n4 1 2 3 0 0 -1 4 5 6\n",
+    b"a binary STL file of one facet; COLOR=abcd filled with blanks up to 80 bytes    \x01\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x80\x3f\0\0\0\0\x01\x04",
     b"# a square\nv 0 0 0\nv 1 0 0 0.5\nv 1 1 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\no x\nusemtl m\ns off\nf 1/1/1 2/1/1 3/1/1 4/1/1\nf -1 -2 \\\n -3\n",
     b"ply\nformat ascii 1.0\ncomment c\nelement vertex 3\nproperty float x\nproperty float y\nproperty double z\nproperty uchar red\nelement face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1\n1 0 0 2\n0 1e1 0 3\n3 0 1 2\n",
     b"ply\nformat binary_little_endian 1.0\nelement vertex 3\nproperty short x\nproperty short y\nproperty short z\nelement face 1\nproperty list uchar ushort vertex_indices\nend_header\n\0\0\0\0\0\0\x01\0\0\0\0\0\0\0\x01\0\0\0\x03\0\0\x01\0\x02\0",

@@ -134,9 +134,8 @@ fn the_largest_error_holds_both_ways_on_synthetic_meshes() {
                 "{name}, level {number}: {ratio:.3} times the error told, {:?}",
                 level.ways
             );
-            // A bound that is far off would be of no use. Where all is rough, a vertex may be led to a triangle that is not the nearest; and a
-            // vertex that lifts have moved counts with all its way, though most of it has brought it nearer.
-            let least = if name == "noisy plate" { 0.1 } else { 0.2 };
+            // A bound that is far off would be of no use.
+            let least = 0.45;
             assert!(ratio >= least, "{name}, level {number}: only {ratio:.3} of the error told");
         }
     }
@@ -148,7 +147,7 @@ fn the_largest_error_holds_with_coarse_coordinates() {
     let options = Options { preview: Preview::Coarse, ..options(20) };
     for level in levels(&wavy_plate(), options, 20_000, |_| false) {
         let ratio = level.ratio();
-        assert!((0.2..=1.1).contains(&ratio), "level {}: {ratio:.3}", level.level);
+        assert!((0.45..=1.1).contains(&ratio), "level {}: {ratio:.3}", level.level);
     }
 }
 

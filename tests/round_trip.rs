@@ -7,7 +7,7 @@ use common::triangles;
 use std::num::NonZeroUsize;
 use std::sync::Arc;
 use unweld::Error;
-use unweld::container::{Contents, Part, Plan, Want, parse_contents, plan, plan_from_keyframe};
+use unweld::container::{Atom, Contents, Part, Plan, Want, parse_contents, plan, plan_from_keyframe};
 use unweld::decoder::{self, Decoder, Event, Until};
 use unweld::encoder::{Encoder, Keyframes, Options, Preview, Profile};
 use unweld::limits::Limits;
@@ -104,6 +104,26 @@ fn the_undo_log_goes_down_and_up_again() {
         triangles(&decoder.assembled().unwrap(), &lattice),
         triangles(&shapes::torus_with_hole(16, 12), &lattice)
     );
+}
+
+/// Wherever a prefix ends, most of it is seen: an atom is no more than an eighth of what comes before it, but for those near the
+/// beginning.
+#[test]
+fn an_atom_is_a_small_share_of_what_comes_before() {
+    let file = Encoder::new(Options::default()).encode_to_vec(&shapes::bumpy_sphere(5, 1)).unwrap();
+    let contents = parse_contents(&file).unwrap().unwrap();
+    let begin = contents.atoms[0].offset;
+    // An operation and the coder's last bytes lie beyond the mark.
+    let slack = 32;
+    let steps = &contents.atoms[contents.steps(0).start..contents.steps(0).end];
+    assert!(steps.len() > 1, "a level of {} bytes", steps[0].length);
+    for atom in &contents.atoms[..contents.steps(0).end] {
+        let share = (atom.offset - begin) / 8;
+        assert!(u64::from(atom.length) <= share.max(2048) + slack, "{} of {}", atom.length, atom.offset);
+    }
+    // It is worth its entry in the table: all but the last of a level are as long as they may be.
+    let whole = |pair: &[Atom]| pair[0].kind != pair[1].kind || pair[0].length >= 2048 - slack as u32;
+    assert!(steps.windows(2).all(whole));
 }
 
 #[test]

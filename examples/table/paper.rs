@@ -7,7 +7,7 @@ use super::measure::{geometric_mean, median, seconds};
 use super::tables::{Cell, Table};
 use unweld::mesh::topology::{self, Manifold, Weld};
 use unweld::mesh::{Lattice, lattice};
-use unweld::simplify::{self, Method, Options, Simplified};
+use unweld::simplify::{self, Features, Method, Options, Simplified};
 
 /// The paper's two tables, run on these meshes and on generated ones.
 ///
@@ -83,8 +83,11 @@ fn simplify(case: &Case, method: Method) -> anyhow::Result<(f64, Simplified)> {
     let lattice = Lattice::over(min, max, case.bits);
     let base_vertices = (positions.len() as f64 * PAPER_SHARE) as usize;
     let options = Options { method, base_vertices: Some(base_vertices), ..Options::default() };
-    let (time, simplified) =
-        seconds(|| simplify::simplify(table, &positions, locked, &lattice, &options, &mut |_, _| true));
+    let (time, simplified) = seconds(|| {
+        simplify::simplify(table, &positions, locked, Features::default(), &lattice, &options, &mut |_, _| {
+            true
+        })
+    });
     Ok((time, simplified?))
 }
 

@@ -191,7 +191,7 @@ fn check(args: &Args) -> anyhow::Result<()> {
 fn way(args: &Args, uwm: &mut Uwm) -> anyhow::Result<Way> {
     let contents = uwm.contents.clone();
     if let Some(operations) = args.operations {
-        let most = u64::from(contents.header.vertices - contents.header.base_vertices);
+        let most = contents.operations(0..contents.atoms.len());
         if operations > most {
             bail!("{}: there are {most} operations, {operations} cannot be carried out", uwm.name);
         }
@@ -249,8 +249,8 @@ fn within(uwm: &Uwm, args: &Args, way: Way) -> anyhow::Result<(Way, bool)> {
         // Keyframes are the last in a file: decoding tells what is missing.
         return Ok((way, false));
     }
-    let (prefix, header) = (uwm.prefix(there)?, &uwm.contents.header);
-    let operations = u64::from(prefix.vertices - header.base_vertices);
+    let prefix = uwm.prefix(there)?;
+    let operations: u64 = prefix.parts.iter().map(|part| uwm.contents.operations(part.atoms.clone())).sum();
     let short = operations < way.until.operations && prefix.triangles < way.until.triangles;
     Ok((Way { plan: Some(prefix), ..way }, short))
 }

@@ -96,11 +96,13 @@ impl Description {
     }
 
     fn level_json(&self, level: &LevelLine) -> Value {
+        let born = self.contents.born(level.number);
         let entry = self.contents.levels[level.number as usize];
         json!({
             "level": level.number,
             "vertices": entry.vertices,
             "triangles": entry.triangles,
+            "born": { "vertices": born[0], "triangles": born[1] },
             "precision": entry.precision,
             "offset": level.offset,
             "bytes": level.bytes,
@@ -184,6 +186,11 @@ impl Description {
             n => format!("coarse levels are lifted by {n}/64"),
         };
         line("coding", &format!("{lifting}, {} models", models(header.coding)));
+        let born: u64 = (0..header.level_count).map(|j| u64::from(self.contents.born(j)[1])).sum();
+        if born > 0 {
+            let what = "belong to components born at finer levels than the base; errors count what a level lacks by its size";
+            line("births", &format!("{} {what}", count(born, "triangle")));
+        }
         let told = |atoms| count(self.bytes_of(atoms), "byte");
         if self.is_exact() {
             let real = match self.metadata.as_ref().map(|m| m.source_float32) {

@@ -1,6 +1,7 @@
 //! `unweld encode`: from a foreign mesh to a `.uwm` file.
 
 use super::args::{Preview, Profile, Simplification, is_stream, keyframes, size, value_name};
+use super::attribute_args;
 use super::batch;
 use super::describe::Description;
 use super::failure::{Usage, line, note};
@@ -61,6 +62,9 @@ pub struct Args {
     /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
+    /// All levels have all components, however small; otherwise each appears where a level is nearer to the input than it is large
+    #[arg(long)]
+    keep_components: bool,
     /// Levels to jump to: none, all, every:N, or level numbers separated by commas
     #[arg(long, value_name = "LEVELS", default_value = "none", value_parser = keyframes)]
     keyframes: Keyframes,
@@ -79,6 +83,8 @@ pub struct Args {
     /// No progress bar and no report
     #[arg(long, short)]
     pub(super) quiet: bool,
+    #[command(flatten)]
+    attributes: attribute_args::Choice,
     #[command(flatten)]
     lattice: lattice::Choice,
     #[command(flatten)]
@@ -175,11 +181,13 @@ pub fn encode_to(
 ) -> anyhow::Result<Done> {
     let start = Instant::now();
     let reading = Reading { max_memory: args.max_memory.unwrap_or(DEFAULT_MEMORY), force: args.force };
-    let Mesh { source, level } =
+    let Mesh { mut source, level } =
         Mesh::read(input, args.level, reading, progress).map_err(|e| hinted(e, reading, input))?;
     if args.strict {
         refuse_losses(&source, input)?;
     }
+    let left_out = args.attributes.drop_from(&mut source.mesh);
+    source.dropped.extend(left_out);
     let read = start.elapsed().as_secs_f64();
     let kept = Kept::new(args, level.as_ref());
     let (options, settings) = (options(args, kept, &source), settings(args, kept));
@@ -332,7 +340,9 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
         lifting: args.lifting,
+        attribute_bits: args.attributes.bits(&source.mesh),
         lock_boundary: args.simplification.lock_boundary,
+        births: !args.keep_components,
         rich_models: args.profile.of_library().rich_models(),
         weld: args.simplification.weld,
         max_memory: args.max_memory.unwrap_or(u64::MAX),
@@ -356,15 +366,17 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
         ("preview".to_owned(), value_name(&args.preview)),
         ("lifting".to_owned(), args.lifting.to_string()),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
+        ("keep-components".to_owned(), args.keep_components.to_string()),
         ("keyframes".to_owned(), keyframes),
     ]);
+    settings.extend(args.attributes.settings());
     settings.extend(args.simplification.settings());
     settings.retain(|(name, value)| !DEFAULTS.contains(&(name, value)));
     settings
 }
 
 /// Settings that a file need not name: its generator knows them, or its header has them.
-const DEFAULTS: [(&str, &str); 13] = [
+const DEFAULTS: [(&str, &str); 14] = [
     ("position-bits", "14"),
     ("exact", "false"),
     ("keep-order", "false"),
@@ -372,6 +384,7 @@ const DEFAULTS: [(&str, &str); 13] = [
     ("preview", "auto"),
     ("lifting", "13"),
     ("base-vertices", "auto"),
+    ("keep-components", "false"),
     ("keyframes", "none"),
     ("method", "stellar"),
     ("choices", "8"),
@@ -425,11 +438,12 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 9] {
+fn parts(report: &Report) -> [(&'static str, f64); 10] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),
         ("base", report.base_bits),
+        ("births", report.birth_bits),
         ("residue", report.residue_bits),
         ("attributes", report.attribute_bits),
         ("correction", report.correction_bits),
@@ -477,6 +491,7 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode scene.obj -o scene.uwm --strict
+  unweld encode scene.obj -o scene.uwm --bits uv=14,normal=8 --drop color
   unweld encode part.stl -o part.uwm --weld 0.0001 --exact
   unweld encode bunny.ply -o bunny.uwm --position-bits auto:0.0005
   unweld encode tiles/ -o coded/ --lattice-step 0.0009765625 --lattice-origin 4600000,5300000,0 --lock-boundary

@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         text += &format!("  {:<11}{}\n", "settings", settings.join(", "));
     }
     text += &format!("\n{}", description.table());
-    let operations = uwm.contents.header.vertices - uwm.contents.header.base_vertices;
+    let operations = uwm.contents.operations(0..uwm.contents.atoms.len());
     text += &format!("\n  {} operations between base and level 0\n", grouped(operations));
     say(&text)?;
     told_of_cut(&uwm)

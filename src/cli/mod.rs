@@ -1,6 +1,7 @@
 //! The command line: arguments and composition. A file for each command, and what several of them need.
 
 mod args;
+mod attribute_args;
 mod attributes;
 mod batch;
 mod decode;

@@ -11,7 +11,7 @@ use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
-use unweld::formats::{Precision, write_obj, write_ply, write_stl};
+use unweld::formats::{Format, Precision, unwritten, write_obj, write_ply, write_stl};
 use unweld::mesh::{IndexedMesh, Lattice};
 
 /// A place that can be written to.
@@ -193,8 +193,14 @@ impl MeshFormat {
 
     /// What a file of this format does not keep of the mesh, in words for the user.
     pub fn losses(self, mesh: &IndexedMesh, lattice: Option<&Lattice>) -> Vec<String> {
+        let format = match self {
+            Self::Ply => Format::Ply,
+            Self::Obj => Format::Obj,
+            Self::Stl => Format::Stl,
+        };
+        let mut losses = unwritten(mesh, format);
         if self != Self::Stl {
-            return Vec::new();
+            return losses;
         }
         let mut used = vec![false; mesh.positions.len()];
         mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
@@ -202,7 +208,6 @@ impl MeshFormat {
         let shared = used.iter().filter(|&&used| used).count();
         let rounding = mesh.positions.iter().flatten().map(|&x| (f64::from(x as f32) - x).abs());
         let rounding = rounding.fold(0.0, f64::max);
-        let mut losses = Vec::new();
         if shared < corners {
             let vertices = count(shared as u64, "vertex");
             losses.push(format!(

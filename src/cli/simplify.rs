@@ -18,7 +18,7 @@ use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::{Conditioned, condition};
 use unweld::mesh::{CornerTable, IndexedMesh, Lattice, Vertex, lattice};
 use unweld::refine::{History, OperationError};
-use unweld::simplify::{self, Regular, Simplified};
+use unweld::simplify::{self, Features, Regular, Simplified};
 
 /// Simplify a mesh to a number of triangles or within an error; the vertices that stay keep their positions
 #[derive(clap::Args)]
@@ -259,6 +259,7 @@ fn simplified(
         table.clone(),
         &conditioned.manifold.positions,
         locked,
+        Features::default(),
         &lattice,
         &options,
         &mut tell,

@@ -392,3 +392,55 @@ fn place(_: &Points, _: Real, _: f64, _: i64, _: u64) -> Option<(u64, i32)> {
 const BYTES_OF_A_COPY: usize = 48;
 /// What a vertex leaves in the memory of the axes, at most, until all vertices are read.
 const BYTES_SEEN: usize = 3 * 72;
+
+#[cfg(all(test, feature = "encode"))]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+    use crate::limits::Limits;
+
+    /// A whole of so many vertices on the lattice's diagonal and as many triangles, and its correction with copies at some of them.
+    fn correction(vertices: u32, copies: u32) -> (Whole, Correction) {
+        let place = |k: u32| [f64::from(k) + 0.125; 3];
+        let whole = Whole {
+            vertices: (0..vertices).map(|k| Extra::Lattice([k as i32; 3])).collect(),
+            triangles: (0..vertices).map(|k| [k, (k + 1) % vertices, (k + 2) % vertices]).collect(),
+            names: (0..vertices).collect(),
+        };
+        let copied = |k: u32| Copied { vertex: k, position: [place(k)[0], place(k)[1], place(k)[2] + 0.25] };
+        let grids = std::array::from_fn(|_| vec![Grid::Binary { dropped: 0 }]);
+        let correction = Correction {
+            real: Real::Binary64,
+            grids,
+            positions: (0..vertices).map(place).collect(),
+            copies: (0..copies).map(copied).collect(),
+            corners: (0..copies).map(|k| (3 * k, k)).collect(),
+        };
+        (whole, correction)
+    }
+
+    /// Vertices, copies and corners at them take 96 bytes each, by 1,024. Besides, while coordinates are read each axis remembers 72 bytes of
+    /// a vertex, and 48 of each copy are remembered until all corners are read; these are given back.
+    #[test]
+    fn just_enough_memory() {
+        let lattice = Lattice { origin: [0.0; 3], step: 1.0, bits: 12 };
+        for (vertices, copies) in [(1000, 0), (1500, 0), (30, 20), (1500, 1400), (9000, 8000)] {
+            let (whole, correction) = correction(vertices, copies);
+            let bytes = correction.encode(&whole, &lattice, &mut Budget::unlimited()).unwrap();
+            let of = |count: u32, each| u64::from(count.div_ceil(1024)) * 1024 * each;
+            let stays = of(vertices, 96) + of(copies, 2 * 96);
+            let exact = of(vertices, 96 + 3 * 72).max(stays + of(copies, 48));
+            let decode = |memory| {
+                let mut budget = Budget::new(Limits { memory, ..Limits::default() });
+                budget.receive(bytes.len());
+                Correction::decode(&bytes, &whole, &lattice, &mut budget).map(|found| (found, budget))
+            };
+            let (found, mut budget) = decode(exact).unwrap();
+            assert_eq!(found, correction);
+            budget.take_memory((exact - stays) as usize, 1).unwrap();
+            assert!(budget.take_memory(1, 1).is_err());
+            let refused = decode(exact - 1).map(|_| ());
+            assert!(matches!(refused, Err(WholeError::Limit(Error::Limit { .. }))), "{refused:?}");
+        }
+    }
+}

@@ -35,6 +35,17 @@ pub struct Written {
 /// Writes a level as a payload.
 #[cfg(feature = "encode")]
 pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
+    write(mesh, precision, OF_LEVEL)
+}
+
+/// Writes components that are born as a payload (spec §7.4).
+#[cfg(feature = "encode")]
+pub fn encode_birth(components: &ProgressiveMesh, precision: u32) -> Written {
+    write(components, precision, OF_BIRTH)
+}
+
+#[cfg(feature = "encode")]
+fn write(mesh: &ProgressiveMesh, precision: u32, first: First) -> Written {
     let boundary =
         mesh.table.triangles().flat_map(|t| t.corners()).filter(|&c| mesh.table.opposite(c).is_none());
     let boundary = boundary.count() as u64;
@@ -44,7 +55,7 @@ pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
     let connectivity = edgebreaker::encode(&mesh.table, &mesh.roots, &mut coder);
     let walk = Walk::new(&mesh.table, &mesh.roots);
     let known = |v: Vertex| mesh.positions[v.index()].map(|x| x >> precision);
-    code_positions(&mesh.table, &walk, &mut coder, |v, _| known(v))
+    code_positions(&mesh.table, &walk, &mut coder, first, |v, _| known(v))
         .expect("lattice coordinates are numbers of at most 24 bits");
     payload.extend(coder.finish());
     // A symbol for each triangle, those of caps included.
@@ -59,6 +70,27 @@ pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
 pub fn decode(
     payload: &[u8],
     expected: Expected,
+    budget: &mut Budget,
+) -> Result<ProgressiveMesh, ConnectivityError> {
+    read(payload, expected, OF_LEVEL, budget)
+}
+
+/// Reads a payload of components that are born, as [`decode`] one of a level.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_birth(
+    payload: &[u8],
+    expected: Expected,
+    budget: &mut Budget,
+) -> Result<ProgressiveMesh, ConnectivityError> {
+    read(payload, expected, OF_BIRTH, budget)
+}
+
+fn read(
+    payload: &[u8],
+    expected: Expected,
+    first: First,
     budget: &mut Budget,
 ) -> Result<ProgressiveMesh, ConnectivityError> {
     let mut bytes = payload;
@@ -76,7 +108,7 @@ pub fn decode(
     }
     let walk = Walk::new(&connectivity.table, &connectivity.roots);
     let mut mesh = renumbered(&connectivity.table, &connectivity.roots, &walk);
-    let cells = code_positions(&mesh.table, &walk, &mut coder, |_, _| [0; 3])?;
+    let cells = code_positions(&mesh.table, &walk, &mut coder, first, |_, _| [0; 3])?;
     coder.finish()?;
     for (place, cell) in mesh.positions.iter_mut().zip(cells) {
         if !expected.cells.hold(cell) {
@@ -93,14 +125,15 @@ fn code_positions<C: BitCoder>(
     table: &CornerTable,
     walk: &Walk,
     coder: &mut C,
+    first: First,
     known: impl Fn(Vertex, usize) -> [i32; 3],
 ) -> Result<Vec<[i32; 3]>, CodingError> {
     let mut cells = vec![[0i32; 3]; table.vertex_slots()];
     let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
-    let mut models = vec![NumberModel::default(); 34];
+    let mut models = vec![NumberModel::default(); 36];
     let mut last = [0i32; 3];
     for &c in &walk.triangles {
-        for corner in [c.next(), c.prev(), c] {
+        for (corner, of_first) in [c.next(), c.prev(), c].into_iter().zip(first) {
             let v = table.vertex(corner);
             if seen.replace(v.index(), true) {
                 continue;
@@ -113,7 +146,7 @@ fn code_positions<C: BitCoder>(
                 let prediction = std::array::from_fn(|k| n[k].wrapping_add(p[k]).wrapping_sub(w[k]));
                 (prediction, 33 - size.leading_zeros() as usize)
             } else {
-                (last, 0)
+                (last, of_first)
             };
             let truth = if C::ENCODES { known(v, v.index()) } else { [0; 3] };
             let mut cell = [0; 3];
@@ -144,6 +177,13 @@ fn renumbered(table: &CornerTable, roots: &Roots, walk: &Walk) -> ProgressiveMes
     let roots = Roots::new(&table, edges);
     ProgressiveMesh { positions: vec![[0; 3]; order.len()], table, roots }
 }
+
+/// Contexts of the three vertices of a component's first triangle.
+type First = [usize; 3];
+/// A level has few components, as a rule: the three are told alike.
+const OF_LEVEL: First = [0; 3];
+/// Births have many, and small ones: from the last vertex of one to the first of the next it is farther than from one to the next in it.
+const OF_BIRTH: First = [0, 34, 35];
 
 /// Units of work for a triangle: to be walked over, checked and numbered anew, and half a position.
 const WORK_A_TRIANGLE: u64 = 8;

@@ -10,7 +10,7 @@ use crate::limits::{Budget, Limits};
 use crate::mesh::random::SplitMix64;
 use crate::mesh::{Corner, CornerMap, CornerTable, IndexedMesh, Lattice, Triangle, Vertex, lattice, shapes};
 use crate::refine::{Operation, ProgressiveMesh, Roots, Site, stellar};
-use crate::simplify::{self, Method, Options};
+use crate::simplify::{self, Features, Method, Options};
 use bitvec::vec::BitVec;
 use proptest::prelude::*;
 
@@ -42,9 +42,16 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     let lattice = Lattice::over(min, max, CELLS.bits);
     let finest: Vec<_> = input.positions.iter().map(|&p| lattice.quantise(p)).collect();
     let locked = BitVec::repeat(false, input.positions.len());
-    let simplified =
-        simplify::simplify(table.clone(), &input.positions, locked, &lattice, options, &mut |_, _| true)
-            .unwrap();
+    let simplified = simplify::simplify(
+        table.clone(),
+        &input.positions,
+        locked,
+        Features::default(),
+        &lattice,
+        options,
+        &mut |_, _| true,
+    )
+    .unwrap();
     simplified.base.check().unwrap();
     let base = simplified.base.compacted();
     let roots = Roots::choose(&base);
@@ -93,9 +100,16 @@ fn the_next_pass_measures_what_lifts_have_moved() {
         let locked = BitVec::repeat(false, places.len());
         let lattice = Lattice { origin: [-4.0; 3], step: 1.0 / 8_000.0, bits: CELLS.bits };
         let options = Options { base_vertices: Some(60), level_share: share, ..Options::default() };
-        let simplified =
-            simplify::simplify(table, &input.positions, locked, &lattice, &options, &mut |_, _| true)
-                .unwrap();
+        let simplified = simplify::simplify(
+            table,
+            &input.positions,
+            locked,
+            Features::default(),
+            &lattice,
+            &options,
+            &mut |_, _| true,
+        )
+        .unwrap();
         let base = simplified.base.compacted();
         let mut mesh =
             ProgressiveMesh { roots: Roots::choose(&base), table: base, positions: places.clone() };

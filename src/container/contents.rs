@@ -45,6 +45,8 @@ pub enum AtomKind {
     Precision,
     /// Operations.
     Refinement,
+    /// A part of the components that are born at a level, behind its operations.
+    Birth,
     /// What no manifold can hold.
     Residue,
     /// A part of the [`Metadata`](super::Metadata).
@@ -80,7 +82,7 @@ impl AtomKind {
     #[cfg(any(test, feature = "encode"))]
     pub(super) fn to_byte(self) -> Option<u8> {
         match self {
-            Self::Base | Self::Precision | Self::Refinement => None,
+            Self::Base | Self::Precision | Self::Refinement | Self::Birth => None,
             Self::Residue => Some(3),
             Self::Metadata => Some(4),
             Self::Keyframe => Some(5),
@@ -99,6 +101,7 @@ impl AtomKind {
             Self::Base => (0, 0, 0),
             Self::Precision => (1, depth, 0),
             Self::Refinement => (1, depth, 1),
+            Self::Birth => (1, depth, 2),
             Self::Residue => (2, 0, 0),
             Self::Attributes => (2, 0, 1),
             Self::Correction => (2, 0, 2),
@@ -121,9 +124,9 @@ pub struct Atom {
     pub offset: u64,
     /// Its bytes, 1 to [`MAX_ATOM_BYTES`](crate::limits::MAX_ATOM_BYTES).
     pub length: u32,
-    /// Operations of a refinement atom, vertex steps of a precision atom, at least 1 in both.
+    /// Operations of a refinement atom, vertex steps of a precision atom, at least 1 in both; of the last atom of a birth the vertices born.
     pub items: u32,
-    /// Triangles that the operations of a refinement atom add.
+    /// Triangles that the operations of a refinement atom add; of the last atom of a birth the triangles born.
     pub triangles: u32,
     /// The checksum of its bytes (spec §3.4).
     pub crc: u32,
@@ -181,10 +184,23 @@ impl Contents {
         self.levels.iter().rposition(close).unwrap_or(0) as u32
     }
 
-    /// The atoms that lead from level `j + 1` to level `j`: precision, then refinement; at the base, its own.
+    /// The atoms that lead from level `j + 1` to level `j`: precision, refinement, births; at the base, its own.
     /// Empty where the file has no such level.
     pub fn steps(&self, j: u32) -> Range<usize> {
         self.steps.get(j as usize).cloned().unwrap_or(0..0)
+    }
+
+    /// The vertices and triangles of the components that are born at level `j`.
+    pub fn born(&self, j: u32) -> [u32; 2] {
+        let last = self.steps(j).last().and_then(|last| self.atoms.get(last));
+        last.filter(|atom| atom.kind == AtomKind::Birth).map_or([0; 2], |atom| [atom.items, atom.triangles])
+    }
+
+    /// How many operations some atoms have.
+    pub fn operations(&self, atoms: Range<usize>) -> u64 {
+        let atoms = self.atoms.get(atoms).unwrap_or_default();
+        let refinements = atoms.iter().filter(|atom| atom.kind == AtomKind::Refinement);
+        refinements.map(|atom| u64::from(atom.items)).sum()
     }
 
     /// The atoms of the keyframe of level `j`, or `None` where it has none.

@@ -99,16 +99,11 @@ impl Table<'_> {
         let vertices = fields.count(MAX_ELEMENTS, "the number of vertices of the base")?;
         let triangles = fields.count(MAX_ELEMENTS, "the number of triangles of the base")?;
         self.counts = [vertices, triangles];
-        let fault = |what: &str| Err(FormatError::new(at, "3.6", what));
-        let [v, t] = self.counts.map(u64::from);
-        if v > 3 * t {
-            return fault("the base has more vertices than corners");
+        if let Some(what) = impossible(vertices, triangles) {
+            return Err(FormatError::new(at, "3.6", format!("the base has {what}")));
         }
-        if 3 * t > v * v.saturating_sub(1) {
-            return fault("the base has more triangles than its vertices can span");
-        }
-        if t == 0 && level_count > 1 {
-            return fault("nothing can be refined where there is no triangle");
+        if triangles == 0 && level_count > 1 {
+            return Err(FormatError::new(at, "3.6", "nothing can be refined where there is no triangle"));
         }
         Ok(Header {
             vertices,
@@ -206,9 +201,14 @@ impl Table<'_> {
     /// The entry of level `j`, which is not the base, with its atoms.
     fn level(&mut self, j: u32, above: &Entry, unit: f64) -> Result<Entry, FormatError> {
         let at = self.fields.offset();
-        let shape = self.fields.count(u32::MAX, "the number of vertices added")?;
+        let mut shape = self.fields.count(u32::MAX, "the number of vertices added")?;
+        let mut born = [0; 2];
+        if shape == 0 {
+            born = self.born()?;
+            shape = self.fields.count(u32::MAX, "the number of vertices added")?;
+        }
         let (added, sharper, single) = (shape >> 2, shape & SHARPER > 0, shape & SINGLE > 0);
-        self.fields.require(added >= 1, at, || format!("level {j} adds nothing"))?;
+        self.fields.require(added >= 1 || born[0] > 0, at, || format!("level {j} adds nothing"))?;
         let single = if single { self.fields.count(added, "the number of single triangles")? } else { 0 };
         self.fields.require(single > 0 || shape & SINGLE == 0, at, || TOO_LONG.to_owned())?;
         let finer =
@@ -216,8 +216,11 @@ impl Table<'_> {
         self.fields.require(finer > 0 || !sharper, at, || TOO_LONG.to_owned())?;
         let codes = self.codes(above.codes)?;
         let [vertices, triangles] = self.counts;
-        let room = |count: u32, more: u32| count.checked_add(more).filter(|&sum| sum <= MAX_ELEMENTS);
-        if room(vertices, added).is_none() || room(triangles, 2 * added - single).is_none() {
+        let room = |count: u32, more: u32, born: u32| {
+            count.checked_add(more)?.checked_add(born).filter(|&sum| sum <= MAX_ELEMENTS)
+        };
+        if room(vertices, added, born[0]).is_none() || room(triangles, 2 * added - single, born[1]).is_none()
+        {
             return Err(FormatError::new(
                 at,
                 "3.6",
@@ -228,8 +231,30 @@ impl Table<'_> {
             let items = u64::from(vertices) * u64::from(finer);
             self.run(AtomKind::Precision, j, Some(Share { items, single: 0 }))?;
         }
-        self.run(AtomKind::Refinement, j, Some(Share { items: added.into(), single }))?;
+        if added > 0 {
+            self.run(AtomKind::Refinement, j, Some(Share { items: added.into(), single }))?;
+        }
+        if born[0] > 0 {
+            self.run(AtomKind::Birth, j, None)?;
+            self.counts = [self.counts[0] + born[0], self.counts[1] + born[1]];
+            if let Some(last) = self.atoms.last_mut() {
+                [last.items, last.triangles] = born;
+                [last.vertices_after, last.triangles_after] = self.counts;
+            }
+        }
         self.entry(above.level.precision - finer, codes, unit)
+    }
+
+    /// Vertices and triangles of components that are born.
+    fn born(&mut self) -> Result<[u32; 2], FormatError> {
+        let at = self.fields.offset();
+        let vertices = self.fields.count(MAX_ELEMENTS, "the number of vertices born")?;
+        let triangles = self.fields.count(MAX_ELEMENTS, "the number of triangles born")?;
+        self.fields.require(triangles >= 1, at, || "a birth of nothing".to_owned())?;
+        match impossible(vertices, triangles) {
+            Some(what) => Err(FormatError::new(at, "3.6", format!("a birth has {what}"))),
+            None => Ok([vertices, triangles]),
+        }
     }
 
     fn codes(&mut self, before: [u16; 2]) -> Result<[u16; 2], FormatError> {
@@ -377,6 +402,15 @@ impl Table<'_> {
         (left.items, left.single) = (rest, left.single - single);
         Ok([items, if kind == AtomKind::Refinement { 2 * items - single } else { 0 }])
     }
+}
+
+/// What no manifold can have of so many vertices and triangles, if it is so (spec §3.6).
+fn impossible(vertices: u32, triangles: u32) -> Option<&'static str> {
+    let [v, t] = [vertices, triangles].map(u64::from);
+    if v > 3 * t {
+        return Some("more vertices than corners");
+    }
+    (3 * t > v * v.saturating_sub(1)).then_some("more triangles than its vertices can span")
 }
 
 /// How the numbers of a lattice are written: bits a coordinate, and which of them are binary32 because that is enough.

@@ -86,6 +86,14 @@ impl FileBuilder {
         }
     }
 
+    /// Adds the payload of components that are born at a level, so many vertices and triangles, cut into as many atoms as it takes.
+    pub fn birth(&mut self, level: u32, born: [u32; 2], bytes: &[u8]) {
+        self.payload(AtomKind::Birth, level, bytes);
+        if let Some(last) = self.pieces.last_mut() {
+            [last.items, last.triangles] = born;
+        }
+    }
+
     /// Writes the file and tells its contents.
     ///
     /// # Errors
@@ -168,10 +176,15 @@ impl FileBuilder {
                     run(AtomKind::Base, 0, &mut table)?;
                 }
                 Some((above, codes)) => {
-                    let [added, single, finer] = steps(level, above)
+                    let born = self.born(j as u32);
+                    let [added, single, finer] = steps(level, above, born)
                         .ok_or_else(|| Error::Parameter(format!("level {j} cannot come of the one above")))?;
                     let marks =
                         [(single, SINGLE), (finer, SHARPER)].map(|(n, mark)| u64::from(n.min(1) * mark));
+                    if born != [0; 2] {
+                        varint::write(0, &mut table);
+                        born.into_iter().for_each(|count| varint::write(count.into(), &mut table));
+                    }
                     varint::write(4 * u64::from(added) + marks[0] + marks[1], &mut table);
                     for more in [single, finer].into_iter().filter(|&more| more > 0) {
                         varint::write(more.into(), &mut table);
@@ -182,7 +195,12 @@ impl FileBuilder {
                     if finer > 0 {
                         run(AtomKind::Precision, 0, &mut table)?;
                     }
-                    run(AtomKind::Refinement, single, &mut table)?;
+                    if added > 0 || born == [0; 2] {
+                        run(AtomKind::Refinement, single, &mut table)?;
+                    }
+                    if born != [0; 2] {
+                        run(AtomKind::Birth, 0, &mut table)?;
+                    }
                 }
             }
             before = Some((level, [max, rms]));
@@ -198,6 +216,14 @@ impl FileBuilder {
             run(take(&mut pieces, kind, level), 0, &mut table);
         }
         Ok(table)
+    }
+
+    /// Vertices and triangles of the components that are born at a level.
+    fn born(&self, j: u32) -> [u32; 2] {
+        let births = self.pieces.iter().filter(|piece| piece.kind == AtomKind::Birth && piece.level == j);
+        births.fold([0; 2], |sum, piece| {
+            [sum[0].saturating_add(piece.items), sum[1].saturating_add(piece.triangles)]
+        })
     }
 
     fn lattice(&self, table: &mut Vec<u8>) -> Result<()> {
@@ -221,10 +247,11 @@ impl FileBuilder {
     }
 }
 
-/// Vertices that a level adds, how many of them add one triangle only, and the bits that it gains; `None` where it cannot be.
-fn steps(level: &Level, above: &Level) -> Option<[u32; 3]> {
-    let added = level.vertices.checked_sub(above.vertices)?;
-    let triangles = level.triangles.checked_sub(above.triangles)?;
+/// Vertices that the operations of a level add, how many of them add one triangle only, and the bits that it gains, where so much is born;
+/// `None` where it cannot be.
+fn steps(level: &Level, above: &Level, born: [u32; 2]) -> Option<[u32; 3]> {
+    let added = level.vertices.checked_sub(above.vertices)?.checked_sub(born[0])?;
+    let triangles = level.triangles.checked_sub(above.triangles)?.checked_sub(born[1])?;
     let single = (2 * u64::from(added)).checked_sub(triangles.into())?;
     Some([added, u32::try_from(single).ok()?, above.precision.checked_sub(level.precision)?])
 }

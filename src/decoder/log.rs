@@ -2,7 +2,7 @@
 
 use crate::codec::lift::{Cells, minus, plus};
 use crate::codec::refinement::Inserted;
-use crate::mesh::{CornerTable, Vertex};
+use crate::mesh::{CornerTable, Triangle, Vertex};
 use crate::refine::{Operation, ProgressiveMesh, Site, from_cell};
 
 /// A level that was complete.
@@ -14,6 +14,8 @@ struct Mark {
     /// Operations carried out by then.
     operations: usize,
     roots: Vec<(Vertex, Vertex)>,
+    /// What was born behind them, by numbers of its own, and how many vertices there were before.
+    births: Option<(CornerTable, u32)>,
 }
 
 /// All operations since the base or keyframe, coarse to fine, and the levels between them.
@@ -24,6 +26,8 @@ pub struct Log {
     marks: Vec<Mark>,
     /// Root edges of all marks together.
     roots: usize,
+    /// Vertices and triangles born at all marks together.
+    born: [usize; 2],
     /// How many levels below the last mark the mesh stands now.
     below: usize,
     /// Whether the last mark stands between two levels.
@@ -50,19 +54,31 @@ impl Log {
     pub fn bytes(&self) -> usize {
         let marks = self.marks.capacity() * size_of::<Mark>();
         let lists = self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * 4 + marks;
-        3 * lists + self.roots * size_of::<(Vertex, Vertex)>()
+        3 * lists + self.roots * size_of::<(Vertex, Vertex)>() + ProgressiveMesh::bytes(self.born)
     }
 
     /// Bytes that a further mark takes.
-    pub fn bytes_of_mark(mesh: &ProgressiveMesh) -> usize {
-        size_of_val(mesh.roots.edges())
+    pub fn bytes_of_mark(mesh: &ProgressiveMesh, births: Option<&CornerTable>) -> usize {
+        let born = births.map_or([0; 2], |table| [table.vertex_slots(), table.slots()]);
+        size_of_val(mesh.roots.edges()) + ProgressiveMesh::bytes(born)
     }
 
-    /// Records that a level is complete.
-    pub fn end_level(&mut self, mesh: &ProgressiveMesh, level: u32, cells: Cells) {
+    /// Records that a level is complete, and which of its components have been born last.
+    pub fn end_level(
+        &mut self,
+        mesh: &ProgressiveMesh,
+        level: u32,
+        cells: Cells,
+        births: Option<CornerTable>,
+    ) {
         let roots = mesh.roots.edges().to_vec();
         self.roots += roots.len();
-        self.marks.push(Mark { level, cells, operations: self.operations.len(), roots });
+        let births = births.map(|table| {
+            let count = table.vertex_slots();
+            self.born = [self.born[0] + count, self.born[1] + table.slots()];
+            (table, (mesh.positions.len() - count) as u32)
+        });
+        self.marks.push(Mark { level, cells, operations: self.operations.len(), roots, births });
     }
 
     /// The level the mesh stands at, where that is below the last one decoded.
@@ -79,13 +95,22 @@ impl Log {
             // Where decoding stands becomes a mark of its own until it is reached again. In the midst of a precision pass nothing is lifted.
             let cells = if begun { under_way } else { Cells { precision: 0, ..under_way } };
             let (level, operations) = (last.level, self.operations.len());
-            self.marks.push(Mark { level, cells, operations, roots: mesh.roots.edges().to_vec() });
+            let roots = mesh.roots.edges().to_vec();
+            self.marks.push(Mark { level, cells, operations, roots, births: None });
             self.between = true;
         }
         let (fine, coarser) = (self.mark(self.below)?.clone(), self.mark(self.below + 1)?.clone());
         if self.below == 0 {
             self.gone = vec![[0; 3]; mesh.positions.len()];
             self.lost = vec![[0; 3]; mesh.positions.len()];
+        }
+        if let Some((_, first)) = &fine.births {
+            let first = *first as usize;
+            self.gone[first..mesh.positions.len()].copy_from_slice(&mesh.positions[first..]);
+            mesh.positions.truncate(first);
+            let of_birth = |t: &Triangle| mesh.table.triangle(*t)[0].index() >= first;
+            let born: Vec<_> = mesh.table.triangles().filter(of_birth).collect();
+            mesh.table.remove_components(born.into_iter());
         }
         for operation in self.operations[coarser.operations..fine.operations].iter().rev() {
             operation
@@ -125,6 +150,11 @@ impl Log {
             operation
                 .apply(&mut mesh.table, self.flips_of(operation))
                 .expect("what was undone can be carried out again");
+        }
+        if let Some((table, first)) = &fine.births {
+            let first = *first as usize;
+            mesh.positions.extend_from_slice(&self.gone[first..first + table.vertex_slots()]);
+            mesh.table.append(table, |v| Vertex((first + v.index()) as u32));
         }
         self.below = above;
         settle(mesh, &fine);

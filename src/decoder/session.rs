@@ -13,8 +13,8 @@ use crate::container::{Atom, AtomKind, Contents, Level, Metadata};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
 use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION, make_room};
-use crate::mesh::IndexedMesh;
 use crate::mesh::corner_table::MAX_TRIANGLES;
+use crate::mesh::{CornerTable, IndexedMesh, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell};
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -174,10 +174,7 @@ impl Session {
         payload: &[u8],
         events: &mut VecDeque<Event>,
     ) -> Result<()> {
-        if self.level.is_none_or(|level| level != atom.level + 1) {
-            let what = format!("a refinement to level {} does not follow", atom.level);
-            return Err(FormatError::new(atom.offset, "3.3", what).into());
-        }
+        self.follows(atom)?;
         if atom.level < self.options.until.level {
             self.stop(events);
             Ok(())
@@ -186,6 +183,15 @@ impl Session {
         } else {
             self.refine(contents, atom, payload, events)
         }
+    }
+
+    /// Whether an atom leads on from the level that is complete.
+    fn follows(&self, atom: &Atom) -> Result<()> {
+        if self.level.is_some_and(|level| level == atom.level + 1) {
+            return Ok(());
+        }
+        let what = format!("a refinement to level {} does not follow", atom.level);
+        Err(FormatError::new(atom.offset, "3.3", what).into())
     }
 
     /// A whole payload, the last part of which `atom` is; its first stands at `offset` in the file.
@@ -201,6 +207,7 @@ impl Session {
             AtomKind::Base | AtomKind::Keyframe if atom.level == self.start && self.level.is_none() => {
                 self.start_from(contents, atom, offset, payload, events)?;
             }
+            AtomKind::Birth => self.bear(contents, atom, offset, payload, events)?,
             // A way in that was not taken.
             AtomKind::Base | AtomKind::Keyframe => {}
             AtomKind::Metadata => {
@@ -268,8 +275,74 @@ impl Session {
         self.complete(contents, atom.level, events)
     }
 
+    /// Components are born, and with them the level is complete.
+    fn bear(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        offset: u64,
+        payload: &[u8],
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
+        let fault = |what: String| Error::from(FormatError::new(offset, "7.4", what));
+        self.follows(atom)?;
+        let [v, t] = [self.mesh.positions.len(), self.mesh.table.slots()];
+        let level = &contents.levels[atom.level as usize];
+        if v + atom.items as usize != level.vertices as usize {
+            return Err(fault("a birth before the operations of its level".into()));
+        }
+        if level.triangles >= MAX_TRIANGLES as u32 {
+            let (needed, allowed) = (level.triangles.into(), MAX_TRIANGLES as u64 - 1);
+            return Err(Error::Limit { what: "triangles", needed, allowed });
+        }
+        if atom.level < self.options.until.level || level.triangles > self.options.until.triangles {
+            self.stop(events);
+            return Ok(());
+        }
+        // The pass of the level knows nothing of them: the next one begins anew.
+        self.pass = Pass::None(None);
+        self.budget.hold(&mut self.pass_held, 0)?;
+        let cells = cells(contents, atom.level);
+        let expected = Expected { vertices: atom.items, triangles: atom.triangles, cells };
+        let born = keyframe::decode_birth(payload, expected, &mut self.budget).map_err(|e| match e {
+            ConnectivityError::Limit(limit) => limit,
+            other => fault(other.to_string()),
+        })?;
+        let (count, mut held) = (born.positions.len(), 0);
+        self.budget.hold(&mut held, ProgressiveMesh::bytes(born.room()))?;
+        self.make_room(contents, count.max(born.table.slots().div_ceil(2)))?;
+        self.mesh.positions.extend_from_slice(&born.positions);
+        self.mesh.join(&born.table, &born.roots, |w| Vertex(w.0 + v as u32));
+        let corners = born.table.triangles().flat_map(|t| t.corners());
+        self.boundary += corners.filter(|&c| born.table.opposite(c).is_none()).count();
+        let mut delta = Delta {
+            vertices: v as u32..(v + count) as u32,
+            triangles: t as u32..self.mesh.table.slots() as u32,
+            ..Delta::default()
+        };
+        if self.tells {
+            self.budget.hold(&mut self.told, count * size_of::<Site>())?;
+            delta.parents.extend(delta.vertices.clone().map(Vertex).map(|w| Site::Edge(w, w)));
+        }
+        events.push_back(Event::Refined(delta));
+        let births = if self.log.is_some() { Some(born.table) } else { None };
+        self.budget.hold(&mut held, 0)?;
+        self.complete_with(contents, atom.level, births, events)
+    }
+
     /// A level is complete; where a segment begins, models start afresh.
     fn complete(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) -> Result<()> {
+        self.complete_with(contents, level, None, events)
+    }
+
+    /// A level is complete, with what is born at it.
+    fn complete_with(
+        &mut self,
+        contents: &Contents,
+        level: u32,
+        births: Option<CornerTable>,
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
         self.pass = Pass::None(match std::mem::replace(&mut self.pass, Pass::None(None)) {
             Pass::Level(pass) if level > 0 => Some(pass),
             _ => None,
@@ -282,8 +355,9 @@ impl Session {
         }
         let entry = &contents.levels[level as usize];
         if let Some(log) = &mut self.log {
-            self.budget.hold(&mut self.log_held, log.bytes() + Log::bytes_of_mark(&self.mesh))?;
-            log.end_level(&self.mesh, level, cells(contents, level));
+            let of_mark = Log::bytes_of_mark(&self.mesh, births.as_ref());
+            self.budget.hold(&mut self.log_held, log.bytes() + of_mark)?;
+            log.end_level(&self.mesh, level, cells(contents, level), births);
         }
         self.level = Some(level);
         events.push_back(Event::Level { level, max_error: entry.max_error, rms_error: entry.rms_error });
@@ -438,11 +512,13 @@ impl Session {
             self.stop(events);
         } else if atom.last {
             let coarser = &contents.levels[atom.level as usize + 1];
-            let level = &contents.levels[atom.level as usize];
+            let added = self.mesh.positions.len() - coarser.vertices as usize;
+            let triangles = self.mesh.table.triangle_count() - coarser.triangles as usize;
             // An operation adds two triangles inside, and at the boundary one triangle and one boundary edge.
-            self.boundary += 2 * (level.vertices - coarser.vertices) as usize
-                - (level.triangles - coarser.triangles) as usize;
-            self.complete(contents, atom.level, events)?;
+            self.boundary += 2 * added - triangles;
+            if contents.born(atom.level) == [0; 2] {
+                self.complete(contents, atom.level, events)?;
+            }
         }
         Ok(())
     }

@@ -12,7 +12,7 @@ use crate::container::{AtomKind, FileBuilder};
 use crate::entropy::RangeEncoder;
 use crate::error::Result;
 use crate::limits::{WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION};
-use crate::refine::ProgressiveMesh;
+use crate::refine::{Birth, ProgressiveMesh, Roots};
 use crate::simplify::Simplified;
 
 /// One atom of refinements.
@@ -23,6 +23,8 @@ struct Piece {
     items: u32,
     triangles: u32,
     bytes: Vec<u8>,
+    /// Units of work that reading it takes, without the walk that its pass begins with.
+    work: u64,
 }
 
 /// The replay.
@@ -33,11 +35,14 @@ pub struct Levels<'a> {
     places: &'a Places,
     options: &'a Options,
     pieces: Vec<Piece>,
+    /// Bytes of the base and of the pieces.
+    written: usize,
     keyframes: Vec<(u32, Written)>,
     /// Vertices and triangles of each level, by number.
     counts: Vec<(u32, u32)>,
     /// The pass of the level before.
     pass: Option<LevelPass>,
+    birth_bits: f64,
     connectivity_bits: f64,
     position_bits: f64,
 }
@@ -51,11 +56,11 @@ impl<'a> Levels<'a> {
         options: &'a Options,
     ) -> Self {
         let base_level = simplified.history.level_count();
-        let operations = simplified.history.operations().len();
-        let counts = vec![
-            ((base.positions.len() - operations) as u32, base.table.triangle_count() as u32);
-            base_level + 1
-        ];
+        let history = &simplified.history;
+        let born = |j: usize| history.birth(j).map_or(0, |birth| birth.vertices.len());
+        let later = history.operations().len() + (0..base_level).map(born).sum::<usize>();
+        let counts =
+            vec![((base.positions.len() - later) as u32, base.table.triangle_count() as u32); base_level + 1];
         let written = keyframe::encode(&base, places.cells(base_level).precision);
         Self {
             mesh: base,
@@ -63,9 +68,11 @@ impl<'a> Levels<'a> {
             places,
             options,
             pieces: Vec::new(),
+            written: written.payload.len(),
             keyframes: vec![(base_level as u32, written)],
             counts,
             pass: None,
+            birth_bits: 0.0,
             connectivity_bits: 0.0,
             position_bits: 0.0,
         }
@@ -85,6 +92,10 @@ impl<'a> Levels<'a> {
             self.level(j, &mut models);
             done += self.simplified.history.level(j).len() as u64;
             self.counts[j].0 = self.counts[j + 1].0 + self.simplified.history.level(j).len() as u32;
+            if let Some(birth) = self.simplified.history.birth(j) {
+                self.bear(j, birth);
+                self.counts[j].0 += birth.vertices.len() as u32;
+            }
             self.counts[j].1 = self.mesh.table.triangle_count() as u32;
             if self.options.keyframes.contains(j as u32) {
                 let written = keyframe::encode(&self.mesh, self.places.cells(j).precision);
@@ -119,10 +130,9 @@ impl<'a> Levels<'a> {
             for pass in here.chunk_by(|a, b| (a.kind, a.level) == (b.kind, b.level)) {
                 let mut walk = WORK_A_SLOT * u64::from(self.counts[pass[0].level as usize + 1].1);
                 for piece in pass {
-                    let each =
-                        if piece.kind == AtomKind::Precision { WORK_A_STEP } else { WORK_AN_OPERATION };
-                    work.read(piece.bytes.len(), walk + each * u64::from(piece.items))?;
-                    walk = 0;
+                    // Nothing is walked over where components are born.
+                    let walk = if piece.kind == AtomKind::Birth { 0 } else { std::mem::take(&mut walk) };
+                    work.read(piece.bytes.len(), walk + piece.work)?;
                 }
             }
             pieces = rest;
@@ -145,10 +155,26 @@ impl<'a> Levels<'a> {
             report.keyframe(level, &written, self.counts[level as usize].1);
         }
         for piece in self.pieces.drain(..) {
-            file.atom(piece.kind, piece.level, piece.items, piece.triangles, piece.bytes);
+            if piece.kind == AtomKind::Birth {
+                file.birth(piece.level, [piece.items, piece.triangles], &piece.bytes);
+            } else {
+                file.atom(piece.kind, piece.level, piece.items, piece.triangles, piece.bytes);
+            }
         }
+        report.birth_bits = self.birth_bits;
         report.connectivity_bits = self.connectivity_bits;
         report.position_bits = self.position_bits;
+    }
+
+    /// Bytes after which the next atom ends: in proportion to those before it, since nothing is seen of an atom of which the end is missing,
+    /// and that is to be a small share of a prefix whatever its length.
+    fn atom_bytes(&self) -> usize {
+        (self.written / BEFORE).max(LEAST_ATOM).min(self.options.atom_bytes)
+    }
+
+    fn push(&mut self, piece: Piece) {
+        self.written += piece.bytes.len();
+        self.pieces.push(piece);
     }
 
     fn sharpen(&mut self, j: u32, models: &mut SegmentModels) {
@@ -162,9 +188,10 @@ impl<'a> Levels<'a> {
         let known = |v: crate::mesh::Vertex| places.lost[v.index()];
         let mut over = false;
         while !over {
+            let atom_bytes = self.atom_bytes();
             let mut coder = RangeEncoder::default();
             let mut items = 0;
-            while items == 0 || coder.size() < self.options.atom_bytes {
+            while items == 0 || coder.size() < atom_bytes {
                 let step = pass.step(&mut self.mesh, models, &mut coder, known);
                 over = step.expect("a writer does not run out of bytes").is_none();
                 if over {
@@ -175,13 +202,17 @@ impl<'a> Levels<'a> {
             self.position_bits += coder.bits();
             if items > 0 {
                 let bytes = coder.finish();
-                self.pieces.push(Piece { kind: AtomKind::Precision, level: j, items, triangles: 0, bytes });
+                let work = WORK_A_STEP * u64::from(items);
+                self.push(Piece { kind: AtomKind::Precision, level: j, items, triangles: 0, bytes, work });
             }
         }
     }
 
     fn level(&mut self, j: usize, models: &mut SegmentModels) {
         let history = &self.simplified.history;
+        if history.level(j).is_empty() {
+            return;
+        }
         let mut answers = LevelAnswers::new(&self.mesh.table, history, j, &self.places.born);
         let cells = self.places.cells(j);
         let mut pass = match self.pass.take() {
@@ -190,9 +221,10 @@ impl<'a> Levels<'a> {
         };
         let mut left = history.level(j).len();
         while left > 0 {
+            let atom_bytes = self.atom_bytes();
             let mut coder = RangeEncoder::default();
             let (mut items, before) = (0, self.mesh.table.triangle_count());
-            while left > 0 && (items == 0 || coder.size() < self.options.atom_bytes) {
+            while left > 0 && (items == 0 || coder.size() < atom_bytes) {
                 pass.step(&mut self.mesh, models, &mut coder, &mut answers)
                     .expect("a writer knows its positions to be on the lattice")
                     .expect("the walk of a level meets all its operations");
@@ -202,10 +234,31 @@ impl<'a> Levels<'a> {
             let triangles = (self.mesh.table.triangle_count() - before) as u32;
             self.connectivity_bits += coder.bits();
             let bytes = coder.finish();
-            self.pieces.push(Piece { kind: AtomKind::Refinement, level: j as u32, items, triangles, bytes });
+            let (kind, level) = (AtomKind::Refinement, j as u32);
+            let work = WORK_AN_OPERATION * u64::from(items);
+            self.push(Piece { kind, level, items, triangles, bytes, work });
         }
         self.connectivity_bits -= pass.position_bits;
         self.position_bits += pass.position_bits;
         self.pass = Some(pass);
     }
+
+    /// Components join the mesh behind the operations of level `j`.
+    fn bear(&mut self, j: usize, birth: &Birth) {
+        let roots = Roots::choose(&birth.table);
+        let positions = birth.vertices.iter().map(|v| self.places.born[v.index()]).collect();
+        let part = ProgressiveMesh { table: birth.table.clone(), positions, roots };
+        let Written { payload: bytes, work, .. } =
+            keyframe::encode_birth(&part, self.places.cells(j).precision);
+        self.birth_bits += bytes.len() as f64 * 8.0;
+        let [items, triangles] = [birth.vertices.len(), birth.table.triangle_count()].map(|n| n as u32);
+        self.pieces.push(Piece { kind: AtomKind::Birth, level: j as u32, items, triangles, bytes, work });
+        self.mesh.join(&part.table, &part.roots, |v| birth.name(v));
+        self.pass = None;
+    }
 }
+
+/// How many times as many bytes an atom has before it.
+const BEFORE: usize = 8;
+/// Bytes that an atom has at least: its entry in the table and the coder's last bytes, about ten, are half a percent of them.
+const LEAST_ATOM: usize = 2048;

@@ -25,6 +25,10 @@ pub struct Options {
     pub lifting: u8,
     /// Whether boundary vertices stay.
     pub lock_boundary: bool,
+    /// Whether coarse levels may lack small components of the mesh, which are born at the first level that is nearer to the input than they
+    /// are large (spec §7.4); where boundary vertices stay, only those without a boundary. A component that a level lacks counts in its
+    /// errors with its size.
+    pub births: bool,
     /// Which vertices are one.
     pub weld: Weld,
     /// Whether coordinates come back bit for bit at level 0, and of which type they are. All of the mesh must be of it.
@@ -37,7 +41,8 @@ pub struct Options {
     pub attribute_bits: Vec<(String, u32)>,
     /// Whether splits and flips are coded under more models each: about 1 % fewer bytes, decoded a little more slowly.
     pub rich_models: bool,
-    /// Bytes after which a refinement atom ends, with the operation under way; 1 to 60,000.
+    /// Bytes after which a refinement atom ends at the latest, with the operation under way; 1 to 60,000. Where little comes before it, it
+    /// ends sooner, but at no fewer than 2,048.
     pub atom_bytes: usize,
     /// Most memory to use, in bytes, as estimated beforehand.
     pub max_memory: u64,
@@ -53,6 +58,7 @@ impl Default for Options {
             preview: Preview::Auto,
             lifting: DEFAULT_LIFTING,
             lock_boundary: false,
+            births: true,
             weld: Weld::Exact,
             exact: None,
             keep_order: false,

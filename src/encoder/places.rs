@@ -10,7 +10,7 @@ use crate::codec::walk::Walk;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Lattice, Vertex};
 use crate::refine::{History, ProgressiveMesh, Roots, Site, from_cell};
-use crate::simplify::{Simplified, Traces};
+use crate::simplify::{Moved, Simplified, Traces};
 use glam::DVec3;
 
 /// The places, by vertex, and the cells, by level.
@@ -30,7 +30,7 @@ pub struct Places {
 /// How far off a level is.
 #[derive(Clone, Copy, Debug)]
 struct Change {
-    /// The largest distance beyond what it was, at most, in steps of the lattice.
+    /// The largest distance, at most, in steps of the lattice.
     max: f64,
     /// The mean squared distance over what it was.
     squares: f64,
@@ -49,6 +49,10 @@ impl Places {
         let finest = std::mem::take(&mut base.positions);
         let traces = std::mem::take(&mut simplified.traces);
         let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
+        let mut moved = (lifting > 0).then(|| {
+            let input = std::mem::take(&mut simplified.input);
+            Moved::new(input, &finest, lattice.bits)
+        });
         let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };
         let (places, changes) = loop {
             let schedule = Schedule::new(options, lattice, lifting > 0);
@@ -59,7 +63,8 @@ impl Places {
                 bits: lattice.bits,
                 shifts: vec![0; simplified.history.level_count() + 1],
             };
-            match places.coarsen(&finest, simplified, &splits, &traces, schedule) {
+            let moved = moved.as_mut().filter(|_| lifting > 0);
+            match places.coarsen(&finest, simplified, &splits, &traces, schedule, moved) {
                 // On thin walls and steps what is above an edge is not what the surface does beside it: then levels stay as they are.
                 Some(changes) if lifting > 0 && leads_away(&changes) => lifting = 0,
                 Some(changes) => break (places, changes),
@@ -68,9 +73,17 @@ impl Places {
             }
         };
         let changes = if lifting > 0 { changes } else { Vec::new() };
-        for (error, change) in simplified.errors.iter_mut().zip(changes) {
-            error.max += change.max * lattice.step;
-            error.rms *= change.squares.sqrt();
+        for ((error, traces), change) in simplified.errors.iter_mut().zip(&traces).zip(changes) {
+            if change.max > 0.0 {
+                error.max = change.max * lattice.step;
+            }
+            // What is missing is not lifted.
+            let there = (error.rms * error.rms - traces.missing).max(0.0);
+            error.rms = if traces.missing > 0.0 {
+                (there * change.squares + traces.missing).sqrt()
+            } else {
+                error.rms * change.squares.sqrt()
+            };
         }
         base.positions.clone_from(&places.born);
         places
@@ -89,11 +102,12 @@ impl Places {
         splits: &[Vec<Split>],
         traces: &[Traces],
         schedule: Schedule,
+        mut moved: Option<&mut Moved>,
     ) -> Option<Vec<Change>> {
         let mut gone = vec![false; finest.len()];
         let mut changes = Vec::new();
         for (j, traces) in traces.iter().enumerate() {
-            let change = self.change(finest, traces, &simplified.weights, &gone);
+            let change = self.change(finest, traces, &simplified.weights, &gone, moved.as_deref_mut());
             changes.push(change);
             if j > 0 {
                 self.shifts[j] = schedule.shift(j, change.mean, self.shifts[j - 1]);
@@ -113,6 +127,9 @@ impl Places {
             }
             for operation in simplified.history.level(j) {
                 gone[operation.vertex.index()] = true;
+            }
+            for v in simplified.history.birth(j).into_iter().flat_map(|birth| &birth.vertices) {
+                gone[v.index()] = true;
             }
         }
         Some(changes)
@@ -139,7 +156,14 @@ impl Places {
     }
 
     /// How far the level as it stands is from the input, beside the one of the same triangles with all vertices where level 0 has them.
-    fn change(&self, finest: &[[i32; 3]], traces: &Traces, weights: &[f32], gone: &[bool]) -> Change {
+    fn change(
+        &self,
+        finest: &[[i32; 3]],
+        traces: &Traces,
+        weights: &[f32],
+        gone: &[bool],
+        moved: Option<&mut Moved>,
+    ) -> Change {
         let point = |p: [i32; 3]| DVec3::from_array(p.map(f64::from));
         let (mut before, mut after, mut mean, mut total) = (0.0, 0.0, 0.0, 0.0);
         for (k, probe) in traces.probes.iter().enumerate() {
@@ -159,15 +183,12 @@ impl Places {
         // No point of a triangle has moved farther than its corners.
         let apart = |v: usize| point(finest[v]).distance_squared(point(self.born[v]));
         let farthest = (0..gone.len()).filter(|&v| !gone[v]).map(apart).fold(0.0, f64::max).sqrt();
-        let of_triangle =
-            |corners: &[Vertex; 3]| corners.map(|v| apart(v.index())).into_iter().fold(0.0, f64::max).sqrt();
-        let far = traces.far.iter().map(|(corners, distance)| distance + of_triangle(corners));
-        let max = far.fold(0.5 * traces.most + farthest, f64::max);
+        let max = moved.map_or(traces.most, |moved| moved.error(traces, &self.born, farthest));
         // What a lattice moves at random is in both.
         let rounding = total / 12.0;
         let (squares, mean) =
             if total > 0.0 { ((after + rounding) / (before + rounding), mean / total) } else { (1.0, 0.0) };
-        Change { max: (max - traces.most).max(0.0), squares, mean }
+        Change { max, squares, mean }
     }
 }
 
@@ -192,16 +213,20 @@ struct Split {
 
 /// The splits of each level that move the ends of their edges, in the order of the level's walk.
 fn splits(history: &History, base: &ProgressiveMesh) -> Vec<Vec<Split>> {
-    let (mut table, mut roots) = (base.table.clone(), base.roots.clone());
+    let mut mesh =
+        ProgressiveMesh { table: base.table.clone(), positions: Vec::new(), roots: base.roots.clone() };
     let mut levels = vec![Vec::new(); history.level_count()];
     for j in (0..levels.len()).rev() {
-        levels[j] = of_level(history, j, &table, &roots);
+        levels[j] = of_level(history, j, &mesh.table, &mesh.roots);
         for operation in history.level(j) {
             operation
-                .apply(&mut table, history.flips(operation))
+                .apply(&mut mesh.table, history.flips(operation))
                 .expect("the history leads back from the base");
             let (Site::Edge(beside, _) | Site::Face(beside, ..) | Site::Attach(beside, _)) = operation.site;
-            roots.mend(&table, operation.vertex, beside);
+            mesh.roots.mend(&mesh.table, operation.vertex, beside);
+        }
+        if let Some(birth) = history.birth(j) {
+            mesh.join(&birth.table, &Roots::choose(&birth.table), |v| birth.name(v));
         }
     }
     levels

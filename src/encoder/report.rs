@@ -101,6 +101,8 @@ pub struct Report {
     pub bytes: u64,
     /// Bits of the base.
     pub base_bits: f64,
+    /// Bits of the components born at finer levels.
+    pub birth_bits: f64,
     /// Bits of the refinements' connectivity.
     pub connectivity_bits: f64,
     /// Bits of the refinements' positions.
@@ -147,6 +149,7 @@ impl Report {
     pub(super) fn finish(&mut self, contents: &Contents) {
         self.bytes = contents.file_bytes();
         let told = self.base_bits
+            + self.birth_bits
             + self.connectivity_bits
             + self.position_bits
             + self.residue_bits

@@ -3,6 +3,7 @@
 use crate::mesh::IndexedMesh;
 
 use super::ears::{Cut, Cutter};
+use super::origins::{Origins, Sizes};
 
 /// Collects triangles from faces given corner by corner: `corner` for each, then `end`; at the end of the file
 /// [`Fans::mesh`], which alone can look at positions, since these may come last.
@@ -12,10 +13,12 @@ pub(super) struct Fans {
     pub triangles: Vec<[u32; 3]>,
     /// Faces of more than three corners.
     polygons: Vec<Polygon>,
-    /// Faces of fewer than three corners, which became nothing.
-    short: usize,
+    /// Faces of fewer than three corners, which became nothing: which, from 1, and their corners.
+    short: Vec<(u32, u32)>,
     /// Faces that ended.
     faces: u32,
+    /// Their corners.
+    ended: usize,
     first: u32,
     last: u32,
     corners: u32,
@@ -37,6 +40,8 @@ pub(super) struct Faces {
     pub polygons: usize,
     /// What there is to say of them to the user.
     pub notes: Vec<String>,
+    /// Which of the file's faces and corners the triangles have.
+    pub origins: Origins,
 }
 
 impl Fans {
@@ -56,8 +61,9 @@ impl Fans {
     #[inline]
     pub(super) fn end(&mut self) {
         self.faces = self.faces.saturating_add(1);
+        self.ended += self.corners as usize;
         match self.corners {
-            0..3 => self.short += 1,
+            0..3 => self.short.push((self.faces, self.corners)),
             3 => {}
             corners => {
                 let triangle = self.triangles.len().saturating_sub(corners as usize - 2) as u32;
@@ -67,13 +73,26 @@ impl Fans {
         self.corners = 0;
     }
 
+    /// Faces so far.
+    pub(super) fn faces(&self) -> u32 {
+        self.faces
+    }
+
+    /// Corners of all faces so far, those of the present one included.
+    #[inline]
+    pub(super) fn corners(&self) -> usize {
+        self.ended + self.corners as usize
+    }
+
     /// The mesh. A polygon stays the fan that it is where no triangle of that turns against the polygon's normal; all others
     /// are cut into ears. `positions` are as many as the corners named.
     pub(super) fn mesh(mut self, positions: Vec<[f64; 3]>) -> Faces {
         let mut cutter = Cutter::default();
         let (mut corners, mut places) = (Vec::new(), Vec::new());
         let (mut crossed, mut first_crossed) = (0usize, 0);
+        let mut sizes = Sizes { short: self.short, polygons: Vec::new(), ears: Vec::new() };
         for polygon in &self.polygons {
+            sizes.polygons.push((polygon.face, polygon.corners));
             let fan = polygon.triangle as usize..polygon.triangle as usize + polygon.corners as usize - 2;
             let Some(fan) = self.triangles.get_mut(fan) else { continue };
             corners.clear();
@@ -82,10 +101,11 @@ impl Fans {
             places.clear();
             places.extend(corners.iter().map(|&v| positions[v as usize]));
             let cut = cutter.cut(&places);
-            if let Cut::Ears(ears) = &cut.triangles {
-                for (triangle, ear) in fan.iter_mut().zip(ears) {
+            if let Cut::Ears(ears) = cut.triangles {
+                for (triangle, ear) in fan.iter_mut().zip(&ears) {
                     *triangle = ear.map(|k| corners[k as usize]);
                 }
+                sizes.ears.push((polygon.face, ears));
             }
             if cut.crossed {
                 first_crossed = if crossed == 0 { polygon.face } else { first_crossed };
@@ -93,8 +113,8 @@ impl Fans {
             }
         }
         let mut notes = Vec::new();
-        if self.short > 0 {
-            notes.push(format!("faces with fewer than 3 corners ({})", self.short));
+        if !sizes.short.is_empty() {
+            notes.push(format!("faces with fewer than 3 corners ({})", sizes.short.len()));
         }
         if crossed > 0 {
             notes.push(format!(
@@ -102,7 +122,8 @@ impl Fans {
             ));
         }
         let mesh = IndexedMesh::new(positions, self.triangles);
-        Faces { mesh, polygons: self.polygons.len(), notes }
+        let origins = Origins::new(mesh.triangles.len(), sizes);
+        Faces { mesh, polygons: self.polygons.len(), notes, origins }
     }
 }
 

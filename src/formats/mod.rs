@@ -1,6 +1,6 @@
 //! Foreign meshes in and out: PLY, OBJ, STL and OFF; OFF is only read.
 //!
-//! The readers keep positions and connectivity; whatever else a file carries is named in [`Source::dropped`].
+//! The readers keep positions, connectivity and attributes; whatever else a file carries is named in [`Source::dropped`].
 //! They keep every vertex and every triangle, also those that make no sense as a surface: telling a manifold
 //! from a heap of triangles is not their business. What cannot be a mesh (an index out of range, a coordinate that
 //! is not finite, data that end early) is an error that tells its line or byte.
@@ -17,22 +17,39 @@ use crate::error::{Error, InputError, Place, Result};
 use crate::limits::MAX_ELEMENTS;
 use crate::mesh::IndexedMesh;
 
+mod decimals;
 mod ears;
 mod fan;
 mod foreign;
+mod gather;
 mod gzip;
 mod obj;
+mod obj_dropped;
+mod obj_parts;
+mod obj_values;
+mod obj_write;
 mod obstacles;
 mod off;
+mod off_beside;
+mod origins;
 mod ply;
+mod ply_columns;
+mod ply_faces;
 mod ply_header;
 mod ply_values;
+mod ply_write;
 mod stl;
+mod stl_colours;
+mod stl_text;
+mod stl_write;
 mod text;
 mod write;
 
 pub use gzip::INFLATED_BYTES;
-pub use write::{Precision, write_obj, write_ply, write_stl};
+pub use obj_write::write_obj;
+pub use ply_write::write_ply;
+pub use stl_write::write_stl;
+pub use write::{Precision, unwritten};
 
 /// A foreign mesh format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -112,7 +129,7 @@ pub struct Source {
     pub coordinates: Coordinates,
     /// Whether the file has its numbers as decimal text.
     pub text: bool,
-    /// What the file carried and the mesh does not, in words for the user, e.g. `"materials (2)"`.
+    /// What the file carried and the mesh does not, in words for the user, e.g. `"line elements (2)"`.
     pub dropped: Vec<String>,
 }
 
@@ -185,7 +202,7 @@ fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     let unknown = || whole("the content is of no known format: PLY, OBJ, STL, OFF");
     let mut source = match format.ok_or_else(unknown)? {
         Format::Ply => ply::read(bytes, name)?,
-        Format::Obj => obj::read(bytes, name)?,
+        Format::Obj => obj::read(bytes, name, options.force)?,
         Format::Stl => stl::read(bytes, name, options.force)?,
         Format::Off => off::read(bytes, name)?,
     };
@@ -406,7 +423,7 @@ mod tests {
         #[test]
         fn bytes_that_mean_nothing_do_no_harm(
             bytes in prop::collection::vec(any::<u8>(), 0..200),
-            text in "([vf#glp\\\\ /.0-9\n\r-]|v 1 2 3\n|f 1 2 3|OFF 3 1|3 0 1 2|solid|vertex 1 2 3){0,40}",
+            text in "(vt |vn |v 1 2 3 1 0 1\n|f 1/1/1 2/2/1 3//2\n|usemtl |[vf#glp\\\\ /.0-9\n\r-]|v 1 2 3\n|f 1 2 3|OFF 3 1|3 0 1 2|solid|vertex 1 2 3){0,40}",
             format in prop::sample::select(vec![Format::Ply, Format::Obj, Format::Stl, Format::Off]),
         ) {
             let hint = Some(format);

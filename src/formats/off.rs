@@ -4,9 +4,12 @@
 //!   texture coordinates. Points of other than three coordinates (prefixes 4 and n) are refused.
 //! - `#` begins a comment. The counts may stand in the line of the keyword, even without a blank between; the
 //!   number of edges may be missing in a line of its own, and is not looked at.
-//! - Vertices are a line each, and what follows the coordinates in it is not kept. Where the file has too few lines for
-//!   that, they are numbers one after the other, as many a vertex as the prefixes tell.
-//! - What follows the indices of a face in its line is its colour.
+//! - Vertices are a line each, and what follows the coordinates in it is what the prefixes tell; without any, three or four numbers are a
+//!   colour. What is more or less is not kept. Where the file has too few lines for that, they are numbers one after the
+//!   other, as many a vertex as the prefixes tell.
+//! - What follows the indices of a face in its line is its colour; a single number, that of a colour map, is not kept.
+//! - Colours are integers that stand for fractions of 255 where all are integers and some are more than 1. Other numbers are
+//!   binary32 where that tells all their decimals, else binary64.
 //! - Binary data are big-endian.
 
 use byteorder::BigEndian;
@@ -14,8 +17,10 @@ use byteorder::BigEndian;
 use crate::error::Result;
 
 use super::fan::{Faces, Fans};
+use super::gather::Gathered;
+use super::off_beside::{Beside, Prefixes};
 use super::ply_header::Scalar;
-use super::ply_values::{Binary, Values};
+use super::ply_values::{Binary, Values as _};
 use super::text::{ENDS_EARLY, Words, byte_order_mark, integer, line_end, quoted};
 use super::{Coordinates, Format, Source, within};
 
@@ -54,9 +59,7 @@ fn words<'a>(bytes: &'a [u8], name: &'a str) -> Words<'a> {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 struct Keyword {
     there: bool,
-    texture: bool,
-    colours: bool,
-    normals: bool,
+    prefixes: Prefixes,
     /// The prefix that tells of other than three coordinates.
     dimensions: Option<&'static str>,
 }
@@ -80,19 +83,10 @@ impl Keyword {
         let there = prefix(b"OFF") || word == b"off" && prefix(b"off");
         let number = rest.is_empty() || integer(rest).is_some_and(|n| n >= 0);
         if there && number {
-            (Self { there, texture, colours, normals, dimensions }, rest)
+            (Self { there, prefixes: Prefixes { normals, colours, texture }, dimensions }, rest)
         } else {
             (Self::default(), word)
         }
-    }
-
-    /// What a vertex has beside its position, in order: whether it has it, its numbers, in words.
-    fn beside(self) -> [(bool, u64, &'static str); 3] {
-        [
-            (self.normals, 3, "vertex normals"),
-            (self.colours, 4, "vertex colours"),
-            (self.texture, 2, "vertex texture coordinates"),
-        ]
     }
 }
 
@@ -101,14 +95,19 @@ struct Body {
     keyword: Keyword,
     positions: Vec<[f64; 3]>,
     fans: Fans,
-    /// Faces with colours.
-    coloured: u64,
+    beside: Beside,
     dropped: Vec<String>,
 }
 
 impl Body {
     fn new(keyword: Keyword) -> Self {
-        Self { keyword, positions: Vec::new(), fans: Fans::default(), coloured: 0, dropped: Vec::new() }
+        Self {
+            keyword,
+            positions: Vec::new(),
+            fans: Fans::default(),
+            beside: Beside::default(),
+            dropped: Vec::new(),
+        }
     }
 
     fn text(mut self, mut words: Words) -> Result<Source> {
@@ -146,31 +145,35 @@ impl Body {
     fn are_rows(&self, mut words: Words, vertices: u64, faces: u64) -> bool {
         let rest = words.rest();
         let first = u64::from(words.word().is_some()) + words.count_in_line();
-        let numbers = 3 + self.numbers_beside();
+        let numbers = 3 + self.keyword.prefixes.numbers() as u64;
         first >= 3 && (first == numbers || has_lines(rest, vertices.saturating_add(faces)))
     }
 
     fn text_vertices(&mut self, words: &mut Words, vertices: u64, rows: bool) -> Result<()> {
         // A position takes six bytes at least.
         self.positions.reserve(vertices.min(words.rest().len() as u64 / 6) as usize);
-        let mut most = 0;
+        let prefixes = self.keyword.prefixes;
+        let mut beside = Vec::new();
         for vertex in 0..vertices {
             let mut position = [0.0; 3];
             for (axis, x) in position.iter_mut().enumerate() {
                 *x = finite(words.number()?, axis, vertex).map_err(|what| words.fault(what))?;
             }
             self.positions.push(position);
+            beside.clear();
             if rows {
-                most = most.max(words.count_in_line());
+                // More than there can be, so that it is seen that they are too many.
+                beside
+                    .extend(std::iter::from_fn(|| words.word_in_line()).take(prefixes.numbers().max(4) + 1));
+                words.count_in_line();
             } else {
-                (0..self.numbers_beside()).try_for_each(|_| words.number().map(drop))?;
+                for _ in 0..prefixes.numbers() {
+                    let mut ahead = words.clone();
+                    beside.extend(ahead.word());
+                    words.number()?;
+                }
             }
-        }
-        if most > 0 && self.numbers_beside() == 0 {
-            let what = if (3..=4).contains(&most) { "vertex colours" } else { "further numbers of vertices" };
-            self.dropped.push(what.to_owned());
-        } else if most > 0 || !rows {
-            self.note_beside();
+            self.beside.vertex(self.positions.len() - 1, prefixes, &beside);
         }
         Ok(())
     }
@@ -178,6 +181,7 @@ impl Body {
     fn text_faces(&mut self, words: &mut Words, vertices: u64, faces: u64) -> Result<()> {
         // A triangle takes eight bytes at least.
         self.fans.triangles.reserve(faces.min(words.rest().len() as u64 / 8) as usize);
+        let mut colour_words = Vec::new();
         for face in 0..faces {
             let length = length(words.integer()?, face).map_err(|what| words.fault(what))?;
             for _ in 0..length {
@@ -185,13 +189,15 @@ impl Body {
                 self.corner(index, vertices).map_err(|what| words.fault(what))?;
             }
             self.fans.end();
-            let colour = words.count_in_line();
+            colour_words.clear();
+            colour_words.extend(std::iter::from_fn(|| words.word_in_line()).take(MOST_OF_COLOUR as usize));
+            let colour = colour_words.len() as u64 + words.count_in_line();
             if colour > MOST_OF_COLOUR {
                 let what =
                     format!("{colour} numbers behind the corners of face {face}, and a colour has 4 at most");
                 return Err(words.fault(what));
             }
-            self.coloured += u64::from(colour > 0);
+            self.beside.face(face as usize, &colour_words);
         }
         Ok(())
     }
@@ -217,10 +223,12 @@ impl Body {
             for (axis, x) in position.iter_mut().enumerate() {
                 *x = finite(values.number(Scalar::F32)?, axis, vertex).map_err(|what| values.fault(what))?;
             }
-            values.skip(Scalar::F32, self.numbers_beside())?;
+            let prefixes = self.keyword.prefixes;
+            let numbers = Self::numbers(values, prefixes.numbers())?;
+            let words: Vec<&[u8]> = numbers.iter().map(|number| number.as_bytes()).collect();
+            self.beside.vertex(self.positions.len(), prefixes, &words);
             self.positions.push(position);
         }
-        self.note_beside();
         Ok(())
     }
 
@@ -237,8 +245,9 @@ impl Body {
                 let what = format!("face {face} has a colour of {colour} numbers, and it has 0 to 4");
                 return Err(values.fault(what));
             }
-            values.skip(Scalar::F32, colour as u64)?;
-            self.coloured += u64::from(colour > 0);
+            let numbers = Self::numbers(values, colour as usize)?;
+            let words: Vec<&[u8]> = numbers.iter().map(|number| number.as_bytes()).collect();
+            self.beside.face(face as usize, &words);
         }
         Ok(())
     }
@@ -255,21 +264,18 @@ impl Body {
         }
     }
 
-    /// How many numbers a vertex has beside its position.
-    fn numbers_beside(&self) -> u64 {
-        self.keyword.beside().iter().filter(|b| b.0).map(|b| b.1).sum()
-    }
-
-    fn note_beside(&mut self) {
-        let there = self.keyword.beside().into_iter().filter(|b| b.0);
-        self.dropped.extend(there.map(|(.., what)| what.to_owned()));
+    /// So many numbers of a binary file, as text of a program would have them.
+    fn numbers(values: &mut Binary<BigEndian>, count: usize) -> Result<Vec<String>> {
+        let number = |_| values.bits(Scalar::F32).map(|bits| f32::from_bits(bits as u32).to_string());
+        (0..count).map(number).collect()
     }
 
     fn source(mut self, coordinates: Coordinates, text: bool) -> Source {
-        if self.coloured > 0 {
-            self.dropped.push(format!("face colours ({})", self.coloured));
-        }
-        let Faces { mesh, polygons, notes } = self.fans.mesh(self.positions);
+        let Faces { mesh, polygons, notes, origins } = self.fans.mesh(self.positions);
+        let mut gathered = Gathered::default();
+        self.beside.finish(&mesh.triangles, &origins, &mut gathered);
+        let mesh = gathered.mesh(mesh);
+        self.dropped.extend(gathered.dropped);
         self.dropped.extend(notes);
         Source { mesh, format: Format::Off, polygons, coordinates, text, dropped: self.dropped }
     }
@@ -298,6 +304,7 @@ mod tests {
     use super::*;
     use crate::error::{Error, InputError, Place};
     use crate::formats::text::number;
+    use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 
     const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0.1\n";
     const POSITIONS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.1]];
@@ -362,22 +369,43 @@ mod tests {
         let file = |keyword: &str, beside: &str| {
             format!("{keyword}\n4 1 0\n{}4 0 1 2 3\n", SQUARE.replace('\n', &format!(" {beside}\n")))
         };
-        for (keyword, beside, dropped) in [
-            ("COFF", "255 0 0 255", &["vertex colours"][..]),
-            ("COFF", "1 0 0", &["vertex colours"]),
-            ("COFF", "", &[]),
-            ("NOFF", "0 0 1", &["vertex normals"]),
-            ("STOFF", "0.5 0.5", &["vertex texture coordinates"]),
+        let (normal, color, uv) = (Semantic::Normal, Semantic::Color, Semantic::TexCoord);
+        let odd = Some("further numbers of vertices (4)");
+        for (keyword, beside, expected, dropped) in [
+            ("COFF", "255 0 0 255", &[(color, &[255.0, 0.0, 0.0, 255.0][..])][..], None),
+            ("COFF", "1 0 0", &[(color, &[1.0, 0.0, 0.0])], None),
+            ("COFF", "", &[], None),
+            ("COFF", "7", &[], odd),
+            ("NOFF", "0 0 1", &[(normal, &[0.0, 0.0, 1.0])], None),
+            ("NOFF", "0 0 1 1 0 0", &[], odd),
+            ("STOFF", "0.5 0.25", &[(uv, &[0.5, 0.25])], None),
             (
                 "STCNOFF",
                 "0 0 1 .1 .2 .3 1 7 8",
-                &["vertex normals", "vertex colours", "vertex texture coordinates"],
+                &[(normal, &[0.0, 0.0, 1.0]), (uv, &[7.0, 8.0]), (color, &[0.1, 0.2, 0.3, 1.0])],
+                None,
             ),
-            ("OFF", ".1 .2 .3", &["vertex colours"]),
-            ("OFF", "7", &["further numbers of vertices"]),
+            ("STCNOFF", "0 0 1 .1 .2 .3 7 8 9 10", &[], odd),
+            ("OFF", ".1 .2 .3", &[(color, &[0.1, 0.2, 0.3])], None),
+            ("OFF", "7", &[], odd),
+            ("OFF", "1 2 x", &[], odd),
         ] {
-            assert_eq!(square(file(keyword, beside)).dropped, dropped, "{keyword} {beside}");
+            let s = square(file(keyword, beside));
+            let near = |a: &Attribute, number: usize, x: f64| (a.values.number(number) - x).abs() < 1e-7;
+            assert_eq!(s.mesh.attributes.len(), expected.len(), "{keyword} {beside}");
+            for (a, (semantic, numbers)) in s.mesh.attributes.iter().zip(expected) {
+                assert_eq!((a.semantic, a.components, a.count()), (*semantic, numbers.len(), 4));
+                assert!(numbers.iter().enumerate().all(|(k, &x)| near(a, 3 * numbers.len() + k, x)), "{a:?}");
+                assert_eq!(
+                    (a.normalised, &a.corners[..]),
+                    (numbers.contains(&255.0), &[0, 1, 2, 0, 2, 3][..])
+                );
+            }
+            assert_eq!(s.dropped.first().map(String::as_str), dropped, "{keyword} {beside}");
         }
+        // Some vertices have none.
+        let s = square(file("COFF", "").replace("1 1 0 ", "1 1 0 1 .5 0"));
+        assert_eq!(s.mesh.attributes[0].corners, [NO_VALUE, NO_VALUE, 0, NO_VALUE, 0, NO_VALUE]);
     }
 
     #[test]
@@ -388,7 +416,8 @@ mod tests {
         square(format!("OFF\n4 1 4\n{} 4 0 1 2 3\n", SQUARE.replace(' ', "\n")));
         square("OFF\n4 1 4\n0 0 0 1\n0 0 1 1\n0 0 1 0.1\n4 0 1 2 3\n");
         let coloured = SQUARE.replace('\n', " 1 1 1 1 ");
-        assert_eq!(square(format!("COFF 4 1 4\n{coloured} 4 0 1 2 3\n")).dropped, ["vertex colours"]);
+        let s = square(format!("COFF 4 1 4\n{coloured} 4 0 1 2 3\n"));
+        assert_eq!((s.mesh.attributes[0].count(), s.dropped.len()), (4, 0));
     }
 
     #[test]
@@ -400,9 +429,16 @@ mod tests {
             s.dropped,
             [
                 "text after the last face, from line 13 on",
-                "face colours (3)",
+                "face colours of no triangle (1)",
+                "face colours by the number of a colour map (1)",
                 "faces with fewer than 3 corners (4)"
             ]
+        );
+        let [color] = &s.mesh.attributes[..] else { panic!("{s:?}") };
+        assert_eq!((color.semantic, color.domain, color.components), (Semantic::Color, Domain::Triangle, 4));
+        assert_eq!(
+            (&color.values, &color.corners[..]),
+            (&Values::F32(vec![255.0, 0.0, 0.0, 1.0]), &[0, NO_VALUE][..])
         );
     }
 
@@ -415,12 +451,20 @@ mod tests {
         assert_eq!(s.mesh.positions[3], [0.0, 1.0, 0.25]);
         assert_eq!(s.mesh.triangles, TRIANGLES);
         assert_eq!((s.coordinates, s.text), (Coordinates::Float32, false));
-        assert_eq!(s.dropped, ["face colours (1)"]);
+        let [color] = &s.mesh.attributes[..] else { panic!("{s:?}") };
+        assert_eq!(
+            (&color.values, &color.corners[..]),
+            (&Values::F32(vec![1.0, 1.0, 1.0, 0.5]), &[NO_VALUE, 0][..])
+        );
+        assert_eq!(s.dropped, [""; 0]);
 
         let vertex = "1. 2. 3. 0. 0. 1. .1 .2 .3 .4";
         let s = read(&binary("CNOFF", &format!("1 1 0 {vertex} 3 0 0 0 0 9")), "").unwrap();
         assert_eq!((&s.mesh.positions[..], &s.mesh.triangles[..]), (&[[1.0, 2.0, 3.0]][..], &[[0; 3]][..]));
-        assert_eq!(s.dropped, ["vertex normals", "vertex colours", "4 bytes after the last element"]);
+        let [normal, color] = &s.mesh.attributes[..] else { panic!("{s:?}") };
+        assert_eq!((&normal.values, &normal.corners[..]), (&Values::F32(vec![0.0, 0.0, 1.0]), &[0; 3][..]));
+        assert_eq!(color.values, Values::F32(vec![0.1, 0.2, 0.3, 0.4]));
+        assert_eq!(s.dropped, ["4 bytes after the last element"]);
     }
 
     #[test]

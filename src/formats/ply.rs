@@ -3,6 +3,8 @@
 //! - Elements may come in any order; rows of text are words, wherever their lines end.
 //! - A coordinate in text is read to the nearest number of the type that the header declares.
 //! - `vertex` has x, y and z of any type. `face` has a list `vertex_indices` or `vertex_index`.
+//! - Other columns of `vertex` and `face` are attributes (see `ply_columns`); `texcoord` of a face is a list of the texture coordinates of its
+//!   corners, or is empty. Numbers of attributes need not be finite. Comments `TextureFile` name libraries.
 //! - `tristrips` has a list of the same names; -1 begins a new strip. Every second triangle of a strip is
 //!   turned round. A strip triangle that names a vertex twice is a device to go round corners, so it is skipped; but
 //!   it counts for the turning.
@@ -10,8 +12,12 @@
 use byteorder::{BigEndian, LittleEndian};
 
 use crate::error::{Error, InputError, Place, Result};
+use crate::mesh::IndexedMesh;
 
 use super::fan::{Faces, Fans};
+use super::gather::Gathered;
+use super::ply_columns::Columns;
+use super::ply_faces::{read_faces, read_strips, skip};
 use super::ply_header::{Element, Encoding, Header, Kind, Property, Scalar};
 use super::ply_values::{Binary, Text, Values};
 use super::{Coordinates, Format, Source, within};
@@ -62,19 +68,27 @@ fn read_elements(header: &Header, layout: &Layout, mut values: impl Values) -> R
     let mut positions = Vec::new();
     let mut fans = Fans::default();
     let mut dropped = Vec::new();
+    let (mut of_vertices, mut of_faces) = (None, None);
     for element in header.elements.iter().filter(|e| e.count > 0) {
         let read = match (element.name.as_str(), layout.axes, index_list(element)) {
             ("vertex", Some(axes), _) => {
-                note_properties(element, &axes.map(|(column, _)| column), &mut dropped);
-                read_vertices(&mut values, element, axes, &mut positions)
+                let columns = Columns::new(element, &axes.map(|(column, _)| column), &mut dropped);
+                read_vertices(&mut values, element, axes, columns, &mut positions)
+                    .map(|columns| of_vertices = Some(columns))
             }
             ("face", _, Some(column)) => {
-                note_properties(element, &[column], &mut dropped);
-                read_faces(&mut values, element, column, layout.vertices, &mut fans)
+                let read = read_faces(&mut values, element, column, layout.vertices, &mut fans, &mut dropped);
+                read.map(|attributes| match &of_faces {
+                    None => of_faces = Some(attributes),
+                    // One element of faces is what all files have.
+                    Some(_) if attributes.is_empty() => {}
+                    Some(_) => dropped.push("attributes of a further element face".to_owned()),
+                })
             }
             ("tristrips", _, Some(column)) => {
-                note_properties(element, &[column], &mut dropped);
-                read_strips(&mut values, element, column, layout.vertices, &mut fans.triangles)
+                let others = element.properties.iter().enumerate().filter(|(k, _)| *k != column);
+                dropped.extend(others.map(|(_, p)| format!("tristrips property {}", p.name.escape_debug())));
+                read_strips(&mut values, element, column, layout.vertices, &mut fans)
             }
             _ => {
                 dropped.push(format!("element {} ({})", element.name.escape_debug(), element.count));
@@ -83,10 +97,16 @@ fn read_elements(header: &Header, layout: &Layout, mut values: impl Values) -> R
         };
         read.map_err(|e| within(e, &format!("element {}", element.name.escape_debug())))?;
     }
-    if header.textures > 0 {
-        dropped.push(format!("texture file names ({})", header.textures));
+    let Faces { mesh, polygons, notes, origins } = fans.mesh(positions);
+    let mut gathered = Gathered::default();
+    if let Some(columns) = of_vertices {
+        columns.of_vertices(&mesh.triangles, &mut gathered);
     }
-    let Faces { mesh, polygons, notes } = fans.mesh(positions);
+    if let Some(attributes) = of_faces {
+        attributes.take(&origins, &mut gathered);
+    }
+    let mesh = IndexedMesh { libraries: header.textures.clone(), ..gathered.mesh(mesh) };
+    dropped.extend(gathered.dropped);
     dropped.extend(notes);
     dropped.extend(values.rest());
     let wide = |axis: &(usize, Scalar)| matches!(axis.1, Scalar::F64 | Scalar::I32 | Scalar::U32);
@@ -102,8 +122,9 @@ fn read_vertices(
     values: &mut impl Values,
     element: &Element,
     axes: [(usize, Scalar); 3],
+    mut attributes: Columns,
     positions: &mut Vec<[f64; 3]>,
-) -> Result<()> {
+) -> Result<Columns> {
     let columns: Vec<(Kind, Option<usize>)> = element
         .properties
         .iter()
@@ -113,9 +134,11 @@ fn read_vertices(
     // The claim is believed only as far as the file is long enough for it.
     let room = axes.map(|(_, scalar)| values.at_most(scalar) / 3).into_iter().min().unwrap_or(0);
     positions.reserve(usize::try_from(element.count).map_or(room, |n| n.min(room)));
+    let any = attributes.kept.contains(&true);
+    let mut row = vec![0; columns.len()];
     for vertex in 0..element.count {
         let mut position = [0.0; 3];
-        for &(kind, axis) in &columns {
+        for (k, &(kind, axis)) in columns.iter().enumerate() {
             match (kind, axis) {
                 (Kind::Scalar(scalar), Some(axis)) => {
                     position[axis] = values.number(scalar)?;
@@ -124,74 +147,16 @@ fn read_vertices(
                         return Err(values.fault(format!("{name} of vertex {vertex} is {}", position[axis])));
                     }
                 }
+                (Kind::Scalar(scalar), None) => row[k] = values.bits(scalar)?,
                 _ => skip(values, kind)?,
             }
         }
         positions.push(position);
-    }
-    Ok(())
-}
-
-fn read_faces(
-    values: &mut impl Values,
-    element: &Element,
-    column: usize,
-    vertices: u64,
-    fans: &mut Fans,
-) -> Result<()> {
-    if let Kind::List(_, item) = element.properties[column].kind {
-        let room = values.at_most(item) / 3;
-        fans.triangles.reserve(usize::try_from(element.count).map_or(room, |n| n.min(room)));
-    }
-    for _ in 0..element.count {
-        for (k, property) in element.properties.iter().enumerate() {
-            match property.kind {
-                Kind::List(length, item) if k == column => {
-                    for _ in 0..list_length(values, length)? {
-                        let index = values.integer(item)?;
-                        fans.corner(vertex(values, index, vertices)?);
-                    }
-                    fans.end();
-                }
-                kind => skip(values, kind)?,
-            }
+        if any {
+            attributes.row(&row);
         }
     }
-    Ok(())
-}
-
-fn read_strips(
-    values: &mut impl Values,
-    element: &Element,
-    column: usize,
-    vertices: u64,
-    triangles: &mut Vec<[u32; 3]>,
-) -> Result<()> {
-    for _ in 0..element.count {
-        for (k, property) in element.properties.iter().enumerate() {
-            match property.kind {
-                Kind::List(length, item) if k == column => {
-                    let mut before = [0; 2];
-                    let mut corners = 0u64;
-                    for _ in 0..list_length(values, length)? {
-                        let index = values.integer(item)?;
-                        if index == -1 {
-                            corners = 0;
-                            continue;
-                        }
-                        let ([a, b], c) = (before, vertex(values, index, vertices)?);
-                        if corners >= 2 && a != b && b != c && c != a {
-                            triangles.push(if corners.is_multiple_of(2) { [a, b, c] } else { [b, a, c] });
-                        }
-                        before = [b, c];
-                        corners += 1;
-                    }
-                }
-                kind => skip(values, kind)?,
-            }
-        }
-    }
-    Ok(())
+    Ok(attributes)
 }
 
 fn skip_element(values: &mut impl Values, element: &Element) -> Result<()> {
@@ -201,35 +166,6 @@ fn skip_element(values: &mut impl Values, element: &Element) -> Result<()> {
         [Property { kind: Kind::Scalar(scalar), .. }] => values.skip(scalar, element.count),
         _ => (0..element.count)
             .try_for_each(|_| element.properties.iter().try_for_each(|p| skip(values, p.kind))),
-    }
-}
-
-#[inline]
-fn skip(values: &mut impl Values, kind: Kind) -> Result<()> {
-    match kind {
-        Kind::Scalar(scalar) => values.skip(scalar, 1),
-        Kind::List(length, item) => {
-            let length = list_length(values, length)?;
-            values.skip(item, length)
-        }
-    }
-}
-
-#[inline]
-fn list_length(values: &mut impl Values, scalar: Scalar) -> Result<u64> {
-    let length = values.integer(scalar)?;
-    u64::try_from(length).map_err(|_| values.fault(format!("a list of length {length}")))
-}
-
-/// The index read last, checked.
-#[inline]
-fn vertex(values: &impl Values, index: i64, vertices: u64) -> Result<u32> {
-    match u32::try_from(index) {
-        Ok(v) if u64::from(v) < vertices => Ok(v),
-        _ => {
-            Err(values
-                .fault(format!("vertex index {index} is out of range: the file has {vertices} vertices")))
-        }
     }
 }
 
@@ -254,27 +190,6 @@ fn index_list(element: &Element) -> Option<usize> {
     })
 }
 
-/// Names the columns that are not read, those that belong together as one.
-fn note_properties(element: &Element, read: &[usize], dropped: &mut Vec<String>) {
-    let unread = element.properties.iter().enumerate().filter(|(column, _)| !read.contains(column));
-    for (_, property) in unread {
-        let (owner, name) = (element.name.as_str(), property.name.as_str());
-        let note = match name {
-            "nx" | "ny" | "nz" => format!("{owner} normals"),
-            "red" | "green" | "blue" | "alpha" | "diffuse_red" | "diffuse_green" | "diffuse_blue" => {
-                format!("{owner} colours")
-            }
-            "s" | "t" | "u" | "v" | "texture_u" | "texture_v" | "texcoord" => {
-                format!("{owner} texture coordinates")
-            }
-            _ => format!("{owner} property {}", name.escape_debug()),
-        };
-        if !dropped.contains(&note) {
-            dropped.push(note);
-        }
-    }
-}
-
 fn header_fault(name: &str, element: &Element, what: &str) -> Error {
     InputError::new(name, Place::Line(element.line), what).into()
 }
@@ -282,7 +197,7 @@ fn header_fault(name: &str, element: &Element, what: &str) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::IndexedMesh;
+    use crate::mesh::attributes::{Domain, Semantic, Values as Numbers};
     use proptest::prelude::*;
 
     const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0.5\n";
@@ -364,11 +279,19 @@ mod tests {
         for big_endian in [false, true] {
             let s = source(binary(big_endian).1);
             let triangles = vec![[0, 1, 2], [3, 2, 1], [3, 1, 0]];
-            assert_eq!(s.mesh, IndexedMesh::new(POSITIONS.to_vec(), triangles));
+            assert_eq!((s.mesh.positions, s.mesh.triangles), (POSITIONS.to_vec(), triangles));
             assert_eq!((s.polygons, s.coordinates, s.text), (1, Coordinates::Float64, false));
-            let dropped =
-                ["element camera (2)", "vertex property label", "face property flags", "face colours"];
-            assert_eq!(s.dropped, dropped);
+            assert_eq!(s.dropped, ["element camera (2)"]);
+            let [label, flags, red] = &s.mesh.attributes[..] else { panic!("{:?}", s.mesh.attributes) };
+            let told = [label, flags, red].map(|a| (&a.name[..], a.semantic, a.domain, a.values.clone()));
+            let (generic, values) = (Semantic::Generic, Numbers::U8(vec![7; 4]));
+            assert_eq!(told[0], ("label", generic, Domain::Corner, values));
+            assert_eq!(told[1], ("flags", generic, Domain::Triangle, Numbers::I32(vec![-1; 2])));
+            assert_eq!(told[2], ("red", generic, Domain::Triangle, Numbers::U8(vec![255; 2])));
+            assert_eq!(
+                (&label.corners[..], &red.corners[..]),
+                (&[0, 1, 2, 3, 2, 1, 3, 1, 0][..], &[0, 1, 1][..])
+            );
         }
     }
 
@@ -418,14 +341,21 @@ mod tests {
         assert_eq!(
             s.dropped,
             [
-                "face texture coordinates",
                 "element nothing (4000000000)",
                 "element range_grid (2)",
                 "vertex property near",
-                "vertex normals",
                 "text after the last element",
             ]
         );
+        let [x, z, uv] = &s.mesh.attributes[..] else { panic!("{:?}", s.mesh.attributes) };
+        // Two numbers of a normal are none.
+        assert_eq!((&x.name[..], &x.values), ("nx", &Numbers::F32(vec![12.0, 22.0, 32.0])));
+        assert_eq!((&z.name[..], &z.corners[..]), ("nz", &[2, 1, 0][..]));
+        assert_eq!(
+            (uv.semantic, &uv.values),
+            (Semantic::TexCoord, &Numbers::F32(vec![0.1, 0.2, 0.3, 0.4, 0.5, 0.6]))
+        );
+        assert_eq!(uv.corners, [0, 1, 2]);
     }
 
     #[test]

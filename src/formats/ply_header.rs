@@ -100,7 +100,7 @@ pub(super) struct Header {
     pub encoding: Encoding,
     pub elements: Vec<Element>,
     /// Texture files named by comments, as MeshLab writes them.
-    pub textures: usize,
+    pub textures: Vec<String>,
     /// Lines of the header.
     pub lines: u64,
     /// Bytes of the header.
@@ -123,7 +123,7 @@ impl Header {
         };
         let length = byte_order_mark(bytes);
         let mut header =
-            Self { encoding: Encoding::Ascii, elements: Vec::new(), textures: 0, lines: 0, length };
+            Self { encoding: Encoding::Ascii, elements: Vec::new(), textures: Vec::new(), lines: 0, length };
         let mut encoding = None;
         let mut declared = 0;
         loop {
@@ -139,7 +139,12 @@ impl Header {
             let mut words = line.split_ascii_whitespace();
             match words.next() {
                 None | Some("obj_info") => {}
-                Some("comment") => header.textures += usize::from(words.next() == Some("TextureFile")),
+                Some("comment") => {
+                    let texture =
+                        line.trim_start()["comment".len()..].trim_start().strip_prefix("TextureFile");
+                    let texture = texture.filter(|name| name.starts_with([' ', '\t'])).map(str::trim);
+                    header.textures.extend(texture.filter(|name| !name.is_empty()).map(str::to_owned));
+                }
                 Some("ply") if header.lines == 1 => {}
                 Some("end_header") => break,
                 Some("format") => encoding = Some(parse_encoding(words).ok_or_else(unreadable)?),
@@ -223,7 +228,7 @@ mod tests {
             bytes.extend(b"\n\r\n");
             let header = Header::parse(&bytes, "").unwrap();
             assert_eq!(header.length, length);
-            assert_eq!((header.lines, header.textures), (9, 1));
+            assert_eq!((header.lines, &header.textures[..]), (9, &["a b.png".to_owned()][..]));
             assert_eq!(header.encoding, Encoding::BigEndian);
             assert_eq!(
                 header.elements[1],
@@ -259,7 +264,7 @@ mod tests {
                     header.elements.iter().map(|e| (e.name.clone(), e.count)).collect::<Vec<_>>()
                 };
                 assert_eq!(places(&header), places(&plain));
-                assert_eq!((header.encoding, header.textures), (plain.encoding, plain.textures));
+                assert_eq!((header.encoding, header.textures), (plain.encoding, plain.textures.clone()));
             }
         }
         for no in ["ply", "plywood\n", " ply\n", "ply x\n", "PLY\n"] {

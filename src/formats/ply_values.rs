@@ -6,6 +6,7 @@ use byteorder::ByteOrder;
 
 use crate::error::{Error, InputError, Place, Result};
 
+use super::decimals::attribute;
 use super::ply_header::Scalar;
 use super::text::{ENDS_EARLY, Words, binary32, number, quoted, whole};
 
@@ -15,6 +16,10 @@ pub(super) trait Values {
     fn number(&mut self, scalar: Scalar) -> Result<f64>;
     /// The next number, which must be an integer, of whatever type it is.
     fn integer(&mut self, scalar: Scalar) -> Result<i64>;
+    /// The next number of an attribute, which need not be finite, by its bits: as [`attributes::Values::bits`] tells them.
+    ///
+    /// [`attributes::Values::bits`]: crate::mesh::attributes::Values::bits
+    fn bits(&mut self, scalar: Scalar) -> Result<u64>;
     /// Passes over `count` numbers.
     fn skip(&mut self, scalar: Scalar, count: u64) -> Result<()>;
     /// A fault in the number read last.
@@ -77,6 +82,15 @@ impl<B: ByteOrder> Values for Binary<'_, B> {
                 let x = self.number(scalar)?;
                 whole(x).ok_or_else(|| self.fault(format!("{x} is not an integer")))?
             }
+        })
+    }
+
+    #[inline]
+    fn bits(&mut self, scalar: Scalar) -> Result<u64> {
+        Ok(match scalar {
+            Scalar::F32 => B::read_u32(self.take(scalar)?).into(),
+            Scalar::F64 => B::read_u64(self.take(scalar)?),
+            _ => self.integer(scalar)? as u64,
         })
     }
 
@@ -149,6 +163,20 @@ impl Values for Text<'_> {
         }
     }
 
+    fn bits(&mut self, scalar: Scalar) -> Result<u64> {
+        let mut before = self.0.clone();
+        // What C's libraries call no number is none.
+        let x = self.number(scalar).or_else(|fault| {
+            let read = before.word().and_then(attribute);
+            read.filter(|x| x.is_nan() && scalar.integers().is_none()).ok_or(fault)
+        })?;
+        Ok(match scalar {
+            Scalar::F32 => (x as f32).to_bits().into(),
+            Scalar::F64 => x.to_bits(),
+            _ => x as i64 as u64,
+        })
+    }
+
     #[inline]
     fn integer(&mut self, _: Scalar) -> Result<i64> {
         self.0.integer()
@@ -197,6 +225,25 @@ mod tests {
             bytes.reverse();
             assert_eq!(Binary::<LittleEndian>::new(&bytes, 0, "").number(scalar).unwrap(), value);
         }
+    }
+
+    #[test]
+    fn bits_are_those_of_the_file() {
+        let signalling = [1, 0, 0xa0, 0xff];
+        assert_eq!(Binary::<LittleEndian>::new(&signalling, 0, "").bits(Scalar::F32).unwrap(), 0xffa0_0001);
+        let bytes = [0xfe, 0xfe, 0xff, 0x7f, 0xf0, 0, 0, 0, 0, 0, 1];
+        let mut binary = Binary::<BigEndian>::new(&bytes, 0, "");
+        let bits = [Scalar::I8, Scalar::U16, Scalar::F64].map(|scalar| binary.bits(scalar).unwrap());
+        assert_eq!(bits, [-2i64 as u64, 0xfeff, 0x7ff0_0000_0000_0001]);
+
+        let mut text = Text::new(b"-2 0.1 0.1 -nan(ind) inf 1e39", 0, 0, "a");
+        assert_eq!(text.bits(Scalar::I16).unwrap(), -2i64 as u64);
+        assert_eq!(text.bits(Scalar::F32).unwrap(), u64::from(0.1f32.to_bits()));
+        assert_eq!(text.bits(Scalar::F64).unwrap(), 0.1f64.to_bits());
+        assert!(f32::from_bits(text.bits(Scalar::F32).unwrap() as u32).is_nan());
+        assert_eq!(text.bits(Scalar::F32).unwrap(), u64::from(f32::INFINITY.to_bits()));
+        let error = text.bits(Scalar::F32).unwrap_err();
+        assert_eq!(error.to_string(), "a: line 1: \"1e39\" is beyond the declared type, binary32");
     }
 
     #[test]

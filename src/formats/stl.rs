@@ -7,6 +7,8 @@
 //!   line is a name. A file may hold several solids. Lines `solid` and `endsolid` may be doubled, and `solid` missing, as in
 //!   files that other readers take; but a solid that began and does not end is a file that was cut off. Comment lines
 //!   may come first, zeros last.
+//! - Solids of text are parts, which have their names. The two bytes at the end of a facet are its colour (see `stl_colours`), or
+//!   a number of its own. Normals of facets are not kept, since they follow from the corners; where they do not, it is said.
 //! - Every corner becomes a vertex of its own, as stored; conditioning welds them.
 
 use byteorder::{ByteOrder, LittleEndian};
@@ -14,9 +16,11 @@ use byteorder::{ByteOrder, LittleEndian};
 use crate::error::{InputError, Place, Result};
 use crate::mesh::IndexedMesh;
 
-use super::fan::{Faces, Fans};
-use super::text::{self, ENDS_EARLY, Words, byte_order_mark, number, quoted};
-use super::{Coordinates, Format, Source};
+use super::gather::Gathered;
+use super::stl_colours::FacetWords;
+use super::text::{self, ENDS_EARLY, Words, byte_order_mark};
+use super::write::unit_normal;
+use super::{Coordinates, Format, Source, stl_text};
 
 /// Reads an STL file. `name` is for error messages. Forced, a binary file has as many facets as its length tells, and a
 /// text file may end within a solid.
@@ -26,7 +30,7 @@ use super::{Coordinates, Format, Source};
 pub(super) fn read(bytes: &[u8], name: &str, force: bool) -> Result<Source> {
     // A binary file has a zero in the number of facets or in the first of them.
     if (is_text(bytes) || text::is_text(bytes)) && !has_told_length(bytes) {
-        Text::new(bytes, name).read(force)
+        stl_text::Text::new(bytes, name).read(force)
     } else {
         binary(bytes, name, force)
     }
@@ -43,14 +47,14 @@ fn is_text(bytes: &[u8]) -> bool {
     text::is_text(words.rest()) && begins(&mut words)
 }
 
-fn begins(words: &mut Words) -> bool {
+pub(super) fn begins(words: &mut Words) -> bool {
     let first = words.word().unwrap_or_default();
     let normal = |words: &mut Words| words.word().is_some_and(|word| word.eq_ignore_ascii_case(b"normal"));
     first.eq_ignore_ascii_case(b"solid") || first.eq_ignore_ascii_case(b"facet") && normal(words)
 }
 
 /// The words behind comment lines, of which STL has none, and before the zeros that some programs fill a file up with.
-fn text_words<'a>(bytes: &'a [u8], name: &'a str) -> Words<'a> {
+pub(super) fn text_words<'a>(bytes: &'a [u8], name: &'a str) -> Words<'a> {
     let zeros = bytes.iter().rev().take_while(|b| matches!(b, 0 | 0x1a)).count();
     let mut words = Words::new(&bytes[..bytes.len() - zeros], byte_order_mark(bytes), 0, name);
     loop {
@@ -95,13 +99,16 @@ fn binary(bytes: &[u8], name: &str, force: bool) -> Result<Source> {
     // No more than there are.
     let told = if more { there } else { told.min(there) } as usize;
     let mut positions = Vec::with_capacity(3 * told);
-    let (mut normals, mut attributes) = (false, 0usize);
+    let mut normals = Normals::default();
+    let mut words = FacetWords::new(&bytes[..HEADER as usize - 4]);
     for (k, facet) in facets.take(told).enumerate() {
         let (numbers, attribute) = facet.split_at(FACET - 2);
-        attributes += usize::from(attribute != [0; 2]);
+        words.push(LittleEndian::read_u16(attribute));
         let mut numbers = numbers.chunks_exact(4).map(LittleEndian::read_f32);
-        // Both zeros are none.
-        normals |= numbers.by_ref().take(3).fold(false, |any, x| any | (x != 0.0));
+        let mut normal = [0.0; 3];
+        for (x, number) in normal.iter_mut().zip(numbers.by_ref()) {
+            *x = number.into();
+        }
         let mut corners = [[0.0f64; 3]; 3];
         for (x, number) in corners.as_flattened_mut().iter_mut().zip(numbers) {
             *x = number.into();
@@ -110,180 +117,54 @@ fn binary(bytes: &[u8], name: &str, force: bool) -> Result<Source> {
             let at = HEADER + (FACET * k + 12 + 4 * n) as u64;
             return Err(fault(at, not_finite(n % 3, n / 3, k, corners[n / 3][n % 3])).into());
         }
+        normals.look_at(normal, corners);
         positions.extend(corners);
     }
     let rest = bytes.len() - HEADER as usize - told * FACET;
-    let named = |what: &[u8]| bytes[..HEADER as usize].windows(what.len()).any(|window| window == what);
-    let dropped = [
-        (normals, "facet normals".to_owned()),
-        (attributes > 0, format!("facet attributes or colours ({attributes})")),
-        (named(b"COLOR="), "colour of the whole".to_owned()),
-        (named(b"MATERIAL="), "material of the whole".to_owned()),
-        (rest > 0, format!("{rest} bytes after the last facet")),
-    ];
+    let mut gathered = Gathered::default();
+    words.finish(&mut gathered);
+    gathered.dropped.extend(normals.in_words());
+    if rest > 0 {
+        gathered.dropped.push(format!("{rest} bytes after the last facet"));
+    }
     let triangles = (0..told as u32).map(|t| [3 * t, 3 * t + 1, 3 * t + 2]).collect();
-    Ok(source(IndexedMesh::new(positions, triangles), 0, false, dropped))
+    let mesh = gathered.mesh(IndexedMesh::new(positions, triangles));
+    Ok(source(mesh, 0, false, gathered.dropped))
 }
 
-/// A text file as it is read.
-struct Text<'a> {
-    words: Words<'a>,
-    positions: Vec<[f64; 3]>,
-    fans: Fans,
-    facets: usize,
-    open: Option<Solid>,
-    /// Solids that had facets, and those of them that had a name.
-    solids: usize,
-    named: usize,
-    /// Whether a facet normal was not zero.
-    normals: bool,
-}
-
-impl<'a> Text<'a> {
-    fn new(bytes: &'a [u8], name: &'a str) -> Self {
-        let words = text_words(bytes, name);
-        let (positions, fans) = (Vec::new(), Fans::default());
-        Self { words, positions, fans, facets: 0, open: None, solids: 0, named: 0, normals: false }
-    }
-
-    fn read(mut self, force: bool) -> Result<Source> {
-        let mut ahead = self.words.clone();
-        if !begins(&mut ahead) {
-            return Err(ahead.fault("not an STL file: text that does not begin with `solid`"));
-        }
-        while let Some(word) = self.word() {
-            match self.is(word, &["facet", "endsolid", "solid"])? {
-                0 => self.facet()?,
-                1 => {
-                    self.close();
-                    self.words.skip_line();
-                }
-                _ => {
-                    self.close();
-                    let named = self.words.word_in_line().is_some();
-                    self.open = Some(Solid { facets: self.facets, named });
-                    self.words.skip_line();
-                }
-            }
-        }
-        if self.open.is_some() && !force {
-            return Err(self.words.fault(format!("{ENDS_EARLY}: there is no `endsolid`")));
-        }
-        self.close();
-        let dropped = [
-            (self.normals, "facet normals".to_owned()),
-            (self.solids > 1, format!("division into solids ({})", self.solids)),
-            (self.named > 0, format!("names of solids ({})", self.named)),
-        ];
-        let Faces { mesh, polygons, notes } = self.fans.mesh(self.positions);
-        let dropped = dropped.into_iter().chain(notes.into_iter().map(|note| (true, note)));
-        Ok(source(mesh, polygons, true, dropped))
-    }
-
-    /// The present solid, if there is one, has ended.
-    fn close(&mut self) {
-        if let Some(solid) = self.open.take().filter(|solid| solid.facets < self.facets) {
-            self.solids += 1;
-            self.named += usize::from(solid.named);
-        }
-    }
-
-    /// Reads a facet behind its first word.
-    #[inline]
-    fn facet(&mut self) -> Result<()> {
-        self.one_of(&["normal"])?;
-        for _ in 0..3 {
-            let word = self.next()?;
-            // Many a file has no number here.
-            self.normals |= number(word).is_none_or(|x| x != 0.0);
-        }
-        self.one_of(&["outer"])?;
-        self.one_of(&["loop"])?;
-        let first = self.positions.len();
-        while self.one_of(&["vertex", "endloop"])? == 0 {
-            let mut position = [0.0; 3];
-            for (axis, x) in position.iter_mut().enumerate() {
-                *x = self.words.number()?;
-                if !x.is_finite() {
-                    let corner = self.positions.len() - first;
-                    return Err(self.words.fault(not_finite(axis, corner, self.facets, *x)));
-                }
-            }
-            // Beyond 32 bits it is beyond the limit of a mesh too.
-            self.fans.corner(self.positions.len() as u32);
-            self.positions.push(position);
-        }
-        self.fans.end();
-        self.facets += 1;
-        self.one_of(&["endfacet"]).map(drop)
-    }
-
-    /// Reads a word, which must be one of some keywords, and returns which.
-    #[inline]
-    fn one_of(&mut self, keywords: &[&str]) -> Result<usize> {
-        let word = self.next()?;
-        self.is(word, keywords)
-    }
-
-    #[inline]
-    fn is(&self, word: &[u8], keywords: &[&str]) -> Result<usize> {
-        let found = keywords.iter().position(|keyword| {
-            // `endsolid1` is met with.
-            let word = if *keyword == "endsolid" { &word[..word.len().min(8)] } else { word };
-            word.eq_ignore_ascii_case(keyword.as_bytes())
-        });
-        found.ok_or_else(|| {
-            let keywords = keywords.iter().map(|keyword| format!("`{keyword}`")).collect::<Vec<_>>();
-            self.words.fault(format!("{} where {} should be", quoted(word), keywords.join(" or ")))
-        })
-    }
-
-    #[inline]
-    fn next(&mut self) -> Result<&'a [u8]> {
-        self.word().ok_or_else(|| self.words.fault(ENDS_EARLY))
-    }
-
-    /// The next word; `end loop` is one.
-    #[inline]
-    fn word(&mut self) -> Option<&'a [u8]> {
-        let word = self.words.word()?;
-        if !word.eq_ignore_ascii_case(b"end") {
-            return Some(word);
-        }
-        let mut ahead = self.words.clone();
-        let what = ahead.word_in_line().unwrap_or_default();
-        let Some((_, whole)) = ENDS.iter().find(|(second, _)| what.eq_ignore_ascii_case(second)) else {
-            return Some(word);
-        };
-        self.words = ahead;
-        Some(whole)
-    }
-}
-
-/// A solid that began.
-struct Solid {
-    /// Facets before it.
-    facets: usize,
-    named: bool,
-}
-
-fn not_finite(axis: usize, corner: usize, facet: usize, x: f64) -> String {
+pub(super) fn not_finite(axis: usize, corner: usize, facet: usize, x: f64) -> String {
     format!("{} of corner {} of facet {} is {x}", ["x", "y", "z"][axis], corner + 1, facet + 1)
 }
 
-fn source(
-    mesh: IndexedMesh,
-    polygons: usize,
-    text: bool,
-    dropped: impl IntoIterator<Item = (bool, String)>,
-) -> Source {
+pub(super) fn source(mesh: IndexedMesh, polygons: usize, text: bool, dropped: Vec<String>) -> Source {
     let coordinates = if text { Coordinates::Text } else { Coordinates::Float32 };
-    let dropped = dropped.into_iter().filter_map(|(there, what)| there.then_some(what)).collect();
     Source { mesh, format: Format::Stl, polygons, coordinates, text, dropped }
 }
 
-/// Second words of two that are read as one.
-const ENDS: [(&[u8], &[u8]); 3] = [(b"loop", b"endloop"), (b"facet", b"endfacet"), (b"solid", b"endsolid")];
+/// Normals of facets, which follow from the corners: they are worth a word only where they do not.
+#[derive(Default)]
+pub(super) struct Normals {
+    /// Those that are a degree or more away from the triangle's.
+    others: usize,
+}
+
+impl Normals {
+    /// The normal that the file has of a triangle; zeros, and what is not finite, are none.
+    pub(super) fn look_at(&mut self, normal: [f64; 3], corners: [[f64; 3]; 3]) {
+        let length = normal.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let own = unit_normal(corners);
+        let along: f64 = (0..3).map(|k| normal[k] * own[k]).sum();
+        let told = length > 0.0 && length.is_finite() && own != [0.0; 3];
+        self.others += usize::from(told && along < NEAR * length);
+    }
+
+    pub(super) fn in_words(&self) -> Option<String> {
+        (self.others > 0).then(|| format!("facet normals other than the triangles' ({})", self.others))
+    }
+}
+
+/// The cosine of a degree.
+const NEAR: f64 = 0.999_847_695;
 
 /// Bytes before the first facet of a binary file: 80 of anything, then the number of facets.
 const HEADER: u64 = 84;
@@ -294,6 +175,7 @@ const FACET: usize = 50;
 mod tests {
     use super::*;
     use crate::error::Error;
+    use crate::mesh::attributes::{Attribute, NO_VALUE, Values};
 
     const FACET_TEXT: &str = " facet normal 0 0 1\n  outer loop\n   vertex 0 0 0\n   vertex 1 0 0\n   vertex 0 1 0.1\n  \
         endloop\n endfacet\n";
@@ -332,7 +214,10 @@ mod tests {
             assert_eq!(s.mesh.positions, [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.1]]);
             assert_eq!(s.mesh.triangles, [[0, 1, 2]]);
             assert_eq!((s.format, s.coordinates, s.text), (Format::Stl, Coordinates::Text, true));
-            assert_eq!(s.dropped, ["facet normals", "names of solids (1)"]);
+            assert_eq!(s.mesh.part_names[0].to_lowercase(), "o a b");
+            assert_eq!(s.mesh.attributes, [Attribute::parts(&[0])]);
+            // The triangle leans 5.7 degrees.
+            assert_eq!(s.dropped, ["facet normals other than the triangles' (1)"]);
         }
     }
 
@@ -344,9 +229,11 @@ mod tests {
         let s = read(text.as_bytes(), "", false).unwrap();
         assert_eq!(s.mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 6]]);
         assert_eq!(s.polygons, 1);
+        assert_eq!(s.mesh.attributes, [Attribute::parts(&[0, 0, 1])]);
+        assert_eq!(s.mesh.part_names, ["", ""]);
         assert_eq!(
             s.dropped,
-            ["facet normals", "division into solids (2)", "faces with fewer than 3 corners (1)"]
+            ["facet normals other than the triangles' (1)", "faces with fewer than 3 corners (1)"]
         );
         let s = read(format!("solid\n{quad}endsolid").as_bytes(), "", false).unwrap();
         assert_eq!(s.dropped, [""; 0], "a normal of zeros says nothing");
@@ -362,22 +249,20 @@ mod tests {
             assert_eq!(s.mesh.positions, [corners(0.0), corners(1.0)].concat());
             assert_eq!(s.mesh.triangles, [[0, 1, 2], [3, 4, 5]]);
             assert_eq!((s.format, s.coordinates, s.text), (Format::Stl, Coordinates::Float32, false));
-            assert_eq!(s.dropped, ["facet normals"]);
+            assert_eq!(s.dropped, ["facet normals other than the triangles' (2)"]);
         }
         let mut file = two_facets("COLOR=abcd,MATERIAL=abcdefghijkl");
         file[84 + 8..84 + 12].copy_from_slice(&(-0.0f32).to_le_bytes());
         file[84 + 50 + 8..84 + 50 + 12].copy_from_slice(&0.0f32.to_le_bytes());
         file[84 + 49] = 0x80;
         file.extend([1; 3]);
+        let s = read(&file, "", false).unwrap();
         assert_eq!(
-            read(&file, "", false).unwrap().dropped,
-            [
-                "facet attributes or colours (1)",
-                "colour of the whole",
-                "material of the whole",
-                "3 bytes after the last facet",
-            ]
+            s.dropped,
+            ["colour of the whole", "material of the whole", "3 bytes after the last facet"]
         );
+        let [color] = &s.mesh.attributes[..] else { panic!("{s:?}") };
+        assert_eq!((&color.values, &color.corners[..]), (&Values::U8(vec![0; 3]), &[NO_VALUE, 0][..]));
     }
 
     /// Text as other readers take it: all of it is the triangle that the plain text is.
@@ -409,7 +294,7 @@ mod tests {
         let s = read(cut.as_bytes(), "", true).unwrap();
         assert_eq!(
             (s.mesh.triangles.len(), &s.dropped[..]),
-            (1, &["facet normals".to_owned(), "names of solids (1)".to_owned()][..])
+            (1, &["facet normals other than the triangles' (1)".to_owned()][..])
         );
     }
 
@@ -484,9 +369,25 @@ mod tests {
         let counts = "the header tells of 4294967295 facets, 2 are there by the file's length";
         let early = &format!("the file ends early: {counts}");
         fails(Place::Byte(184), early, &file);
-        // A normal that is no number is dropped as any other.
-        let mut file = two_facets("");
-        file[84..88].copy_from_slice(&f32::NAN.to_le_bytes());
-        assert_eq!(read(&file, "", false).unwrap().mesh.triangles.len(), 2);
+    }
+
+    #[test]
+    fn normals_are_told_where_they_are_others() {
+        let told = |normal: [f64; 3], corners| {
+            let mut normals = Normals::default();
+            normals.look_at(normal, corners);
+            normals.in_words().is_some()
+        };
+        let flat = [[0.0; 3], [1e-200, 0.0, 0.0], [0.0, 1e-200, 0.0]];
+        let leaning =
+            |degrees: f64| [degrees.to_radians().sin(), 0.0, degrees.to_radians().cos()].map(|x| 3.0 * x);
+        assert_eq!(
+            [0.0, 0.9, 1.1, 180.0].map(|degrees| told(leaning(degrees), flat)),
+            [false, false, true, true]
+        );
+        // None, and none to differ from.
+        let none = [[0.0; 3], [f64::NAN, 0.0, 0.0], [f64::INFINITY, 0.0, 0.0]];
+        assert_eq!(none.map(|normal| told(normal, flat)), [false; 3]);
+        assert!(!told(leaning(90.0), [[1.0; 3]; 3]));
     }
 }

@@ -72,6 +72,13 @@ impl<'a> Words<'a> {
         count
     }
 
+    /// What is left of the present line, without blanks around it.
+    pub(super) fn rest_of_line(&mut self) -> &'a [u8] {
+        let first = self.next;
+        self.skip_line();
+        self.bytes[first..self.next].trim_ascii()
+    }
+
     /// Goes to the end of the present line.
     pub(super) fn skip_line(&mut self) {
         let rest = &self.bytes[self.next..];

@@ -1,11 +1,12 @@
-//! Writes PLY, OBJ and STL: positions and triangles.
+//! Writes PLY, OBJ and STL: what the writers share.
 
 use std::array;
-use std::io::{self, BufWriter, Write};
-
-use byteorder::{ByteOrder, LittleEndian, WriteBytesExt};
+use std::io::{self, Write};
 
 use crate::mesh::IndexedMesh;
+use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
+
+use super::{Format, obj_write, ply_write, stl_write};
 
 /// The type of the coordinates in a file; in text, the one to which its decimals are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,107 +17,119 @@ pub enum Precision {
     Float64,
 }
 
-/// Writes a binary little-endian PLY file, indices as `list uchar int`.
-///
-/// # Errors
-/// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in the wanted precision.
-pub fn write_ply(mesh: &IndexedMesh, precision: Precision, out: &mut impl Write) -> io::Result<()> {
-    let mut out = BufWriter::new(out);
-    let real = match precision {
-        Precision::Float32 => "float",
-        Precision::Float64 => "double",
+/// What a file of a format would not keep of a mesh's attributes, names and libraries, in words for the user, e.g.
+/// `"OBJ has no place for tangent, uv1"`. All of it where the format is not one that is written.
+pub fn unwritten(mesh: &IndexedMesh, format: Format) -> Vec<String> {
+    match format {
+        Format::Ply => ply_write::unwritten(mesh),
+        Format::Obj => obj_write::unwritten(mesh),
+        Format::Stl => stl_write::unwritten(mesh),
+        Format::Off => no_place(format, mesh.attributes.iter()).into_iter().collect(),
+    }
+}
+
+/// Says which attributes a format has no place for, if there are any.
+pub(super) fn no_place<'a>(
+    format: Format,
+    attributes: impl Iterator<Item = &'a Attribute>,
+) -> Option<String> {
+    let title = |attribute: &Attribute| match (attribute.domain, attribute.semantic) {
+        (Domain::Triangle, semantic) if semantic != Semantic::Part => {
+            format!("{} of triangles", attribute.title())
+        }
+        _ => attribute.title(),
     };
-    let (vertices, faces) = (mesh.positions.len(), mesh.triangles.len());
-    write!(
-        out,
-        "ply\nformat binary_little_endian 1.0\n\
-         element vertex {vertices}\nproperty {real} x\nproperty {real} y\nproperty {real} z\n\
-         element face {faces}\nproperty list uchar int vertex_indices\nend_header\n"
-    )?;
-    for &x in mesh.positions.iter().flatten() {
-        match precision {
-            Precision::Float32 => {
-                finite(f64::from(x as f32), x)?;
-                out.write_f32::<LittleEndian>(x as f32)?;
-            }
-            Precision::Float64 => out.write_f64::<LittleEndian>(finite(x, x)?)?,
-        }
-    }
-    for triangle in &mesh.triangles {
-        let mut face = [3; 13];
-        for (bytes, v) in face[1..].chunks_exact_mut(4).zip(triangle) {
-            LittleEndian::write_u32(bytes, *v);
-        }
-        out.write_all(&face)?;
-    }
-    out.flush()
+    let titles: Vec<String> = attributes.map(title).collect();
+    (!titles.is_empty()).then(|| format!("{} has no place for {}", format.name(), titles.join(", ")))
 }
 
-/// Writes an OBJ file, each coordinate as the shortest decimal that reads back exactly in the precision: 0.1 is
-/// 0.1 in binary32, and 0.10000000149011612 in binary64.
-///
-/// # Errors
-/// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in the wanted precision.
-pub fn write_obj(mesh: &IndexedMesh, precision: Precision, out: &mut impl Write) -> io::Result<()> {
-    let mut out = BufWriter::new(out);
-    for &position in &mesh.positions {
-        out.write_all(b"v")?;
-        for x in position {
-            let small = x as f32;
-            match precision {
-                Precision::Float32 => finite(f64::from(small), x)?,
-                Precision::Float64 => finite(x, x)?,
-            };
-            // Display never uses an exponent: 300 zeros for 1e300.
-            let plain = x == 0.0 || (1e-4..1e16).contains(&x.abs());
-            match precision {
-                Precision::Float32 if plain => write!(out, " {small}")?,
-                Precision::Float32 => write!(out, " {small:e}")?,
-                Precision::Float64 if plain => write!(out, " {x}")?,
-                Precision::Float64 => write!(out, " {x:e}")?,
-            }
-        }
-        out.write_all(b"\n")?;
+/// That the attributes are those of the mesh; then its triangles must be those of its vertices, too.
+pub(super) fn check(mesh: &IndexedMesh) -> io::Result<()> {
+    let invalid = |what: String| io::Error::new(io::ErrorKind::InvalidInput, what);
+    let vertices = mesh.positions.len();
+    if mesh.attributes.is_empty() {
+        return Ok(());
     }
-    for &triangle in &mesh.triangles {
-        let [a, b, c] = triangle.map(|v| u64::from(v) + 1);
-        writeln!(out, "f {a} {b} {c}")?;
+    if let Some(v) = mesh.triangles.as_flattened().iter().find(|&&v| v as usize >= vertices) {
+        return Err(invalid(format!("a triangle names vertex {v} of {vertices}")));
     }
-    out.flush()
+    mesh.attributes.iter().try_for_each(|a| a.check(mesh.triangles.len())).map_err(invalid)
 }
 
-/// Writes a binary STL file: three corners a triangle, as binary32, to the nearest. Vertices that triangles share are
-/// repeated, those of no triangle are left out. Normals follow from the corners (0 where they are in one line).
-///
-/// # Errors
-/// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in binary32, or there are more
-/// than 2^32 - 1 triangles.
-pub fn write_stl(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
-    let mut out = BufWriter::new(out);
-    let triangles = u32::try_from(mesh.triangles.len()).map_err(|_| {
-        io::Error::new(io::ErrorKind::InvalidInput, "an STL file has at most 2^32 - 1 triangles")
-    })?;
-    // Not `solid`, by which some readers know a text file.
-    out.write_all(&[b' '; 80])?;
-    out.write_u32::<LittleEndian>(triangles)?;
-    for triangle in &mesh.triangles {
-        let mut facet = [0; 50];
-        let corners = triangle.map(|v| mesh.positions[v as usize]);
-        let (normal, numbers) = facet.split_at_mut(12);
-        for (bytes, &x) in numbers.chunks_exact_mut(4).zip(corners.as_flattened()) {
-            finite(f64::from(x as f32), x)?;
-            LittleEndian::write_f32(bytes, x as f32);
-        }
-        for (bytes, x) in normal.chunks_exact_mut(4).zip(unit_normal(corners)) {
-            LittleEndian::write_f32(bytes, x as f32);
-        }
-        out.write_all(&facet)?;
+/// The value of each vertex, where an attribute has the same one at all corners of each; vertices of no triangle have none.
+pub(super) fn of_vertices(attribute: &Attribute, mesh: &IndexedMesh) -> Option<Vec<u32>> {
+    if attribute.domain != Domain::Corner {
+        return None;
     }
-    out.flush()
+    // No value at all yet: a number that no value has, since no mesh has so many corners.
+    const OPEN: u32 = NO_VALUE - 1;
+    let mut values = vec![OPEN; mesh.positions.len()];
+    for (&v, &value) in mesh.triangles.as_flattened().iter().zip(&attribute.corners) {
+        let known = values.get_mut(v as usize)?;
+        if *known == OPEN {
+            *known = value;
+        } else if !same(attribute, *known, value) {
+            return None;
+        }
+    }
+    values.iter_mut().filter(|value| **value == OPEN).for_each(|value| *value = NO_VALUE);
+    Some(values)
+}
+
+/// Whether two values are one, bit for bit.
+fn same(attribute: &Attribute, one: u32, other: u32) -> bool {
+    if one == other || one == NO_VALUE || other == NO_VALUE {
+        return one == other;
+    }
+    let bits = |value: u32, k: usize| attribute.values.bits(value as usize * attribute.components + k);
+    (0..attribute.components).all(|k| bits(one, k) == bits(other, k))
+}
+
+/// A number, as what it stands for: integers that stand for fractions become these.
+pub(super) fn fraction(attribute: &Attribute, at: usize) -> f64 {
+    let x = attribute.values.number(at);
+    let most: f64 = match attribute.values.stored() {
+        _ if !attribute.normalised => return x,
+        Stored::U8 => u8::MAX.into(),
+        Stored::I8 => i8::MAX.into(),
+        Stored::U16 => u16::MAX.into(),
+        Stored::I16 => i16::MAX.into(),
+        Stored::U32 => u32::MAX.into(),
+        Stored::I32 => i32::MAX.into(),
+        Stored::F32 | Stored::F64 => return x,
+    };
+    (x / most).max(-1.0)
+}
+
+/// Whether a library is a picture, as PLY files name them, and not a file of materials, as OBJ files do.
+pub(super) fn is_picture(library: &str) -> bool {
+    let extension = library.rsplit_once('.').map(|(_, extension)| extension.to_ascii_lowercase());
+    let pictures = [
+        "png", "jpg", "jpeg", "tga", "tif", "tiff", "bmp", "gif", "dds", "exr", "hdr", "ktx", "ktx2", "webp",
+    ];
+    extension.is_some_and(|extension| pictures.contains(&extension.as_str()))
+}
+
+/// A name in one line.
+pub(super) fn in_line(name: &str) -> String {
+    name.split(['\n', '\r']).map(str::trim).collect::<Vec<_>>().join(" ")
+}
+
+/// Writes a number as the shortest decimal that reads back exactly in a precision.
+pub(super) fn write_number(out: &mut impl Write, x: f64, precision: Precision) -> io::Result<()> {
+    // Display never uses an exponent: 300 zeros for 1e300.
+    let plain = x == 0.0 || (1e-4..1e16).contains(&x.abs());
+    let small = x as f32;
+    match precision {
+        Precision::Float32 if plain => write!(out, "{small}"),
+        Precision::Float32 => write!(out, "{small:e}"),
+        Precision::Float64 if plain => write!(out, "{x}"),
+        Precision::Float64 => write!(out, "{x:e}"),
+    }
 }
 
 /// The normal of a triangle, of length 1; 0 where it has none.
-fn unit_normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
+pub(super) fn unit_normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
     let (mut u, mut v): ([f64; 3], [f64; 3]) =
         (array::from_fn(|k| b[k] - a[k]), array::from_fn(|k| c[k] - a[k]));
     // Sides of about 1, so that no product overflows or vanishes.
@@ -130,7 +143,7 @@ fn unit_normal([a, b, c]: [[f64; 3]; 3]) -> [f64; 3] {
 }
 
 /// `stored` if it is finite; `x` is what the mesh has.
-fn finite(stored: f64, x: f64) -> io::Result<f64> {
+pub(super) fn finite(stored: f64, x: f64) -> io::Result<f64> {
     if stored.is_finite() {
         return Ok(stored);
     }
@@ -140,9 +153,20 @@ fn finite(stored: f64, x: f64) -> io::Result<f64> {
     ))
 }
 
+/// The precision in which decimals tell all of a number.
+pub(super) fn precision(attribute: &Attribute) -> Precision {
+    match attribute.values {
+        Values::F64(_) => Precision::Float64,
+        // Integers have all their digits.
+        Values::U32(_) | Values::I32(_) if !attribute.normalised => Precision::Float64,
+        _ => Precision::Float32,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::formats::{write_obj, write_ply, write_stl};
 
     fn mesh() -> IndexedMesh {
         IndexedMesh::new(
@@ -209,6 +233,24 @@ mod tests {
             let n = unit_normal([[0.0; 3], [0.0, size, 0.0], [0.0, 0.0, size / 3.0]]);
             assert_eq!(n, [1.0, 0.0, 0.0]);
         }
+    }
+
+    #[test]
+    fn attributes_of_another_mesh_are_refused() {
+        let mut mesh = IndexedMesh::new(vec![[0.0; 3]; 3], vec![[0, 1, 3]]);
+        let color = Attribute::new(Semantic::Color, 3, Values::U8(vec![0; 3]), vec![0; 3]);
+        mesh.attributes = vec![color];
+        let says = |mesh: &IndexedMesh| {
+            write_ply(mesh, Precision::Float64, &mut io::sink()).map_err(|e| e.to_string())
+        };
+        assert_eq!(says(&mesh), Err("a triangle names vertex 3 of 3".to_owned()));
+        mesh.triangles[0][2] = 2;
+        assert_eq!(says(&mesh), Ok(()));
+        mesh.attributes[0].corners[2] = 1;
+        assert_eq!(says(&mesh), Err("color: index 2 names value 1 of 1".to_owned()));
+        let kind = |r: io::Result<()>| r.unwrap_err().kind();
+        assert_eq!(kind(write_obj(&mesh, Precision::Float64, &mut io::sink())), io::ErrorKind::InvalidInput);
+        assert_eq!(kind(write_stl(&mesh, &mut io::sink())), io::ErrorKind::InvalidInput);
     }
 
     #[test]

@@ -63,13 +63,16 @@ pub fn fuzz_keyframe(data: &[u8]) {
     read_keyframe(
         choices.0,
         Expected { vertices, triangles, cells: Cells { bits: 8, precision: 0, lifting: 0 } },
+        choices.0.len() % 2 == 1,
     );
     let mut choices = Choices(data);
-    let payloads = seeds::payloads(&[AtomKind::Base, AtomKind::Keyframe]);
+    let payloads = seeds::payloads(&[AtomKind::Base, AtomKind::Keyframe, AtomKind::Birth]);
     let (payload, seed, level) = payloads[choices.below(payloads.len())];
+    let born = seed.born(payload);
     let (level, bits) = (seed.level(level), seed.lattice().bits);
     let cells = Cells { bits, precision: level.precision, lifting: seed.lifting() };
-    let mut expected = Expected { vertices: level.vertices, triangles: level.triangles, cells };
+    let [vertices, triangles] = born.unwrap_or([level.vertices, level.triangles]);
+    let mut expected = Expected { vertices, triangles, cells };
     let mut payload = payload.to_vec();
     while let Some(what) = choices.byte() {
         match what % 8 {
@@ -83,18 +86,21 @@ pub fn fuzz_keyframe(data: &[u8]) {
             }
         }
     }
-    read_keyframe(&payload, expected);
+    read_keyframe(&payload, expected, born.is_some());
 }
 
-fn read_keyframe(payload: &[u8], expected: Expected) {
-    let Ok(mesh) = keyframe::decode(payload, expected, &mut budget()) else { return };
+/// A keyframe, or components that are born.
+fn read_keyframe(payload: &[u8], expected: Expected, born: bool) {
+    let decode = if born { keyframe::decode_birth } else { keyframe::decode };
+    let encode = if born { keyframe::encode_birth } else { keyframe::encode };
+    let Ok(mesh) = decode(payload, expected, &mut budget()) else { return };
     mesh.table.check().expect("a keyframe is a manifold");
     let counts = (mesh.table.triangle_count() as u32, mesh.positions.len() as u32);
     assert_eq!(counts, (expected.triangles, expected.vertices));
     assert!(mesh.positions.iter().all(|&p| expected.cells.hold_position(p)));
     check_walk(&mesh, &Walk::new(&mesh.table, &mesh.roots));
-    let again = keyframe::encode(&mesh, expected.cells.precision).payload;
-    let copy = keyframe::decode(&again, expected, &mut budget()).expect("what was written can be read");
+    let again = encode(&mesh, expected.cells.precision).payload;
+    let copy = decode(&again, expected, &mut budget()).expect("what was written can be read");
     assert_eq!(copy.positions, mesh.positions);
     assert_eq!(copy.roots.edges(), mesh.roots.edges());
     let triangles = |mesh: &ProgressiveMesh| {

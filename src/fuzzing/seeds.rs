@@ -58,6 +58,13 @@ impl Seed {
         self.coding.lifting
     }
 
+    /// How many vertices and triangles are born with a payload of its own, if any are.
+    pub fn born(&self, payload: &[u8]) -> Option<[u32; 2]> {
+        let births =
+            |piece: &&Piece| piece.kind == AtomKind::Birth && std::ptr::eq(&piece.bytes[..], payload);
+        self.pieces.iter().find(births).map(|piece| [piece.items, piece.triangles])
+    }
+
     /// What the table says of a level.
     pub fn level(&self, j: u32) -> Level {
         self.levels[j as usize]
@@ -202,7 +209,8 @@ fn all() -> &'static [Seed] {
                 Options { exact: Some(Real::Binary64), keep_order: true, ..small(Vec::new()) },
             )
         });
-        smooth.chain(others).chain(lists).collect()
+        let many = [encoded(&parts(), Vec::new()), encoded(&parts(), vec![1, 2])];
+        smooth.chain(others).chain(lists).chain(many).collect()
     })
 }
 
@@ -221,6 +229,20 @@ fn small(schedule: Vec<u32>) -> Options {
 fn encoded_with(mesh: &IndexedMesh, options: Options) -> Seed {
     let file = Encoder::new(options).encode_to_vec(mesh).expect("a small mesh can be encoded");
     Seed::of(&file)
+}
+
+/// A sphere, and tetrahedra, strips and triangles of other sizes beside it, most of which are born late.
+fn parts() -> IndexedMesh {
+    let triangle = IndexedMesh::new(vec![[0.0; 3], [1.0, 0.25, 0.125], [0.25, 1.0, 0.5]], vec![[0, 1, 2]]);
+    let parts = [shapes::tetrahedron(), shapes::strip(3), triangle];
+    let mut mesh = shapes::sphere(1);
+    for k in 0..12 {
+        let (part, first) = (&parts[k % 3], mesh.positions.len() as u32);
+        let (size, at) = (2.0 / (2.0 + k as f64), [3 + k % 4, k % 3, k % 5].map(|x| x as f64));
+        mesh.positions.extend(part.positions.iter().map(|p| [0, 1, 2].map(|i| at[i] + size * p[i])));
+        mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    mesh
 }
 
 /// What no manifold holds: a sheet with a reversed triangle, a repeated one and one of two vertices, a fin, a bow-tie, and a

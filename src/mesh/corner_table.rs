@@ -403,6 +403,30 @@ impl CornerTable {
         }
     }
 
+    /// Appends the triangles of another table, none of which has been removed, and whose vertices `name` gives numbers here that are not in use.
+    pub(crate) fn append(&mut self, part: &Self, name: impl Fn(Vertex) -> Vertex) {
+        let first = self.slots() as u32;
+        let moved = |c: Corner| {
+            if c.is_none() { c } else { Triangle(first + c.triangle().0).corner(c.place() as u32) }
+        };
+        for t in part.triangles() {
+            let vertices = part.triangle(t).map(&name);
+            vertices.into_iter().for_each(|v| self.reserve_vertex(v));
+            let t = self.push_triangle(vertices, part.opposites_from(t.corner(0)).map(moved));
+            self.renew_corners(t);
+        }
+    }
+
+    /// Takes whole components away, of which these are all triangles.
+    pub(crate) fn remove_components(&mut self, triangles: impl Iterator<Item = Triangle>) {
+        for t in triangles {
+            for v in self.triangle(t) {
+                self.corners[v.index()] = Corner::NONE;
+            }
+            self.remove_triangle(t);
+        }
+    }
+
     /// The same mesh without the places of removed triangles; vertices keep their numbers.
     pub fn compacted(&self) -> Self {
         let mut places = vec![Triangle::NONE; self.slots()];

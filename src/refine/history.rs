@@ -1,5 +1,6 @@
 //! The history of a simplification: levels of operations, coarse to fine (spec §5.2).
 
+use super::birth::Birth;
 use super::operation::{Operation, OperationError, Site};
 use crate::mesh::{CornerTable, Vertex};
 use std::ops::Range;
@@ -20,6 +21,10 @@ pub struct History {
     flips: Vec<Vertex>,
     /// Where each level's operations end; level 0's come first.
     ends: Vec<usize>,
+    /// What is born at the end of each of them.
+    births: Vec<Option<Birth>>,
+    /// What is born at the end of the level under way.
+    next: Option<Birth>,
 }
 
 impl History {
@@ -40,13 +45,24 @@ impl History {
         self.operations.push(Operation { vertex, site, first_flip, flip_count });
     }
 
-    /// Ends the level under way; a level without operations is not recorded. Returns whether one was.
+    /// Says which components the level under way has and the next coarser one has not: no operation of the level is on them.
+    pub fn bear(&mut self, birth: Birth) {
+        self.next = Some(birth);
+    }
+
+    /// Ends the level under way; a level without operations and births is not recorded. Returns whether one was.
     pub fn end_level(&mut self) -> bool {
-        let grown = self.operations.len() > self.ends.last().copied().unwrap_or(0);
+        let grown = self.next.is_some() || self.operations.len() > self.ends.last().copied().unwrap_or(0);
         if grown {
             self.ends.push(self.operations.len());
+            self.births.push(self.next.take());
         }
         grown
+    }
+
+    /// What is born at the end of level `j`, behind its operations.
+    pub fn birth(&self, j: usize) -> Option<&Birth> {
+        self.births.get(j)?.as_ref()
     }
 
     /// Number of refinement levels; level numbers run from 0, whose operations lead to the finest mesh, up to this, the base.
@@ -77,6 +93,9 @@ impl History {
     /// # Errors
     /// The first operation that does not fit.
     pub fn undo_level(&self, table: &mut CornerTable, j: usize) -> Result<(), OperationError> {
+        if let Some(birth) = self.birth(j) {
+            birth.undo(table)?;
+        }
         self.level(j).iter().try_for_each(|op| op.undo(table, self.flips(op)))
     }
 
@@ -85,7 +104,11 @@ impl History {
     /// # Errors
     /// The first operation that does not fit.
     pub fn apply_level(&self, table: &mut CornerTable, j: usize) -> Result<(), OperationError> {
-        self.level(j).iter().rev().try_for_each(|op| op.apply(table, self.flips(op)))
+        self.level(j).iter().rev().try_for_each(|op| op.apply(table, self.flips(op)))?;
+        if let Some(birth) = self.birth(j) {
+            birth.apply(table);
+        }
+        Ok(())
     }
 
     /// Bytes held.

@@ -25,6 +25,13 @@ impl ProgressiveMesh {
         self.positions[v.index()] = position;
     }
 
+    /// Components are born: those of `part`, of which no triangle has been removed, join behind all others (spec §7.4). `name` gives its
+    /// vertices numbers here that are not in use; their positions are set apart from this.
+    pub fn join(&mut self, part: &CornerTable, roots: &Roots, name: impl Fn(Vertex) -> Vertex) {
+        self.roots.append(&self.table, part, roots, &name);
+        self.table.append(part, name);
+    }
+
     /// For how many vertices and triangles there is room.
     pub fn room(&self) -> [usize; 2] {
         [self.positions.capacity(), self.table.capacity()]

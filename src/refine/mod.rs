@@ -1,5 +1,6 @@
 //! What an operation, a level and a history are; applying and undoing them on a corner table (spec §5).
 
+pub mod birth;
 pub mod history;
 pub mod mesh;
 pub mod operation;
@@ -7,6 +8,7 @@ pub mod roots;
 pub mod stellar;
 pub mod wedges;
 
+pub use birth::Birth;
 pub use history::{History, Level};
 pub use mesh::{ProgressiveMesh, from_cell};
 pub use operation::{Operation, OperationError, Site};

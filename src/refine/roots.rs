@@ -101,6 +101,27 @@ impl Roots {
         self.insert(table, v, neighbour, uprooted);
     }
 
+    /// Components join those of `table`, behind them: those of `part`, with their root edges, whose vertices `name` gives numbers here.
+    pub(super) fn append(
+        &mut self,
+        table: &CornerTable,
+        part: &CornerTable,
+        roots: &Self,
+        name: impl Fn(Vertex) -> Vertex,
+    ) {
+        if self.edges.len() < 2 {
+            let used = |&c: &Corner| if c.is_some() { 0 } else { u32::MAX };
+            self.component = table.corners.iter().map(used).collect();
+        }
+        let first = self.edges.len() as u32;
+        let used = (0..part.vertex_slots() as u32).map(Vertex).filter(|&v| part.corner_of(v).is_some());
+        for (v, number) in used.map(|v| (name(v), first + roots.number(v) as u32)) {
+            self.component.resize(self.component.len().max(v.index() + 1), u32::MAX);
+            self.component[v.index()] = number;
+        }
+        self.edges.extend(roots.edges.iter().map(|&(u, w)| (name(u), name(w))));
+    }
+
     /// Makes room for so many vertices in all.
     pub(super) fn make_room(&mut self, vertices: usize) -> Result<()> {
         let more = if self.edges.len() > 1 { vertices.saturating_sub(self.component.len()) } else { 0 };

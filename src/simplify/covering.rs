@@ -17,6 +17,10 @@ pub struct Covering {
     weights: Vec<f32>,
     /// Squared distance of each vertex from the triangle that covers it; 0 for those of the mesh.
     distances: Vec<f32>,
+    /// Weights times squared distances of the vertices of components that are left out.
+    missing: f64,
+    /// The squared size of the largest of these components.
+    largest_missing: f64,
     /// The vertices that [`Traces`] tell of.
     picked: BitVec,
     /// Where the edges run on the input.
@@ -25,7 +29,8 @@ pub struct Covering {
     patches: Vec<Patch>,
 }
 
-/// How far a level and the input are apart, in the input's units; but for the input's residue, which levels do not have.
+/// How far a level and the input are apart, in the input's units; but for the input's residue, which levels do not have. A component that a
+/// level lacks counts with its size, the diagonal of its bounding box.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct LevelError {
     /// Largest distance of a point of either surface from the other one: a bound before the level's vertices are moved to the lattice,
@@ -44,10 +49,19 @@ pub struct Traces {
     /// For each probe its squared distance from the level's boundary, in steps of the lattice, where it is on the input's, else 0; none where
     /// all are 0.
     pub outline: Vec<f32>,
-    /// The triangles that are farther off than half of the largest distance, and how far at most, in steps of the lattice.
-    pub far: Vec<([Vertex; 3], f64)>,
-    /// The largest distance.
+    /// The removed vertices that are farther off than a part of the largest distance, each with the triangle that covers it.
+    pub vertices: Vec<(Vertex, [Vertex; 3])>,
+    /// So the edges: their ends, the vertices on their left and on their right ([`Vertex::NONE`] at the boundary), and how far off they are at
+    /// most, in steps of the lattice.
+    pub edges: Vec<([Vertex; 4], f32)>,
+    /// The largest distance, in steps of the lattice.
     pub most: f64,
+    /// That of what is in neither list, at most; rounding included.
+    pub left_out: f64,
+    /// What components that are missing make of the mean squared distance, in the square of the input's units.
+    pub missing: f64,
+    /// The size of the largest of them, in steps of the lattice: as far off it counts, however the level's vertices move.
+    pub largest_missing: f64,
 }
 
 /// A vertex of the input, and where a level has it.
@@ -78,6 +92,8 @@ impl Covering {
             next: vec![NONE; count],
             weights,
             distances: vec![0.0; count],
+            missing: 0.0,
+            largest_missing: 0.0,
             picked: picked(count),
             paths: Paths::new(table),
             patches: Vec::new(),
@@ -101,6 +117,13 @@ impl Covering {
             out.push(Vertex(at));
             at = self.next[at as usize];
         }
+    }
+
+    /// The component of a vertex is left out, and is so large, squared: as far off the vertex counts.
+    pub fn miss(&mut self, v: Vertex, squared: f64) {
+        self.distances[v.index()] = squared as f32;
+        self.missing += f64::from(self.weights[v.index()]) * squared;
+        self.largest_missing = self.largest_missing.max(squared);
     }
 
     /// The largest squared distance known of a triangle whose vertices have been taken off: of these and of the edges' paths.
@@ -151,42 +174,66 @@ impl Covering {
         if !most.is_finite() {
             return Traces::default();
         }
-        let (mut probes, mut far) = (Vec::new(), Vec::new());
+        let rounding = 0.75f64.sqrt();
+        let squared = |share: f64| ((share * most - rounding).max(0.0) * places.frame.step()).powi(2) as f32;
+        let least = squared(SHARES[0]);
+        let (mut probes, mut vertices) = (Vec::new(), Vec::new());
         for t in table.triangles() {
-            let mut squared = self.paths.known(t);
             let mut at = self.first[t.index()];
             while at != NONE {
-                squared = squared.max(self.distances[at as usize]);
+                if self.distances[at as usize] > least {
+                    vertices.push((Vertex(at), table.triangle(t)));
+                }
                 if self.picked[at as usize] {
                     probes.push(Probe { vertex: Vertex(at), corners: table.triangle(t) });
                 }
                 at = self.next[at as usize];
             }
-            let (distance, rounding) = (f64::from(squared).sqrt() / places.frame.step(), 0.75f64.sqrt());
-            if distance > 0.5 * most - rounding && distance > 0.0 {
-                far.push((table.triangle(t), (distance + rounding).min(most)));
-            }
         }
         let picked = self.picked.iter_ones().map(|v| Vertex(v as u32));
         let there = picked.filter(|&v| v.index() < table.vertex_slots() && table.corner_of(v).is_some());
         probes.extend(there.map(|v| Probe { vertex: v, corners: [v; 3] }));
-        let outline = self.paths.outline();
-        let step = places.frame.step() as f32;
-        let off = |v: Vertex| outline[v.index()] / (step * step).max(f32::MIN_POSITIVE);
-        let outline = probes.iter().map(|probe| off(probe.vertex));
-        let mut outline: Vec<f32> = outline.collect();
-        if outline.iter().all(|&squared| squared == 0.0) {
-            outline = Vec::new();
+        let edges = self.paths.edges(table).filter(|&(_, squared)| squared > least).map(|(c, squared)| {
+            let (a, b) = table.edge(c);
+            let o = table.opposite(c);
+            let right = if o.is_some() { table.vertex(o) } else { Vertex::NONE };
+            ([a, b, table.vertex(c), right], squared)
+        });
+        let mut edges: Vec<_> = edges.collect();
+        let mut left_out = SHARES[0] * most;
+        if vertices.len() + edges.len() > FEW_TRACES.max(self.weights.len() / TRACES) {
+            let least = squared(SHARES[1]);
+            left_out = SHARES[1] * most;
+            vertices.retain(|(v, _)| self.distances[v.index()] > least);
+            edges.retain(|&(_, squared)| squared > least);
         }
+        for (_, distance) in &mut edges {
+            *distance = (f64::from(*distance).sqrt() / places.frame.step()).min(most) as f32;
+        }
+        let outline = self.outline_of(&probes, places);
         // All levels' are kept until the last one is there.
         probes.shrink_to_fit();
-        far.shrink_to_fit();
-        Traces { probes, outline, far, most }
+        vertices.shrink_to_fit();
+        edges.shrink_to_fit();
+        let unit = places.frame.length(1.0);
+        let total: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
+        let missing = if total > 0.0 { self.missing / total * unit * unit } else { 0.0 };
+        let largest_missing = self.largest_missing.sqrt() / places.frame.step();
+        let left_out = left_out.max(rounding);
+        Traces { probes, outline, vertices, edges, most, left_out, missing, largest_missing }
     }
 
-    /// Of each vertex of the input a third of the area round it.
-    pub fn into_weights(self) -> Vec<f32> {
-        self.weights
+    /// For each probe its squared distance from the level's boundary, in steps of the lattice; none where all are 0.
+    fn outline_of(&self, probes: &[Probe], places: &Places) -> Vec<f32> {
+        let (outline, step) = (self.paths.outline(), places.frame.step() as f32);
+        let off = |probe: &Probe| outline[probe.vertex.index()] / (step * step).max(f32::MIN_POSITIVE);
+        let outline: Vec<f32> = probes.iter().map(off).collect();
+        if outline.iter().all(|&squared| squared == 0.0) { Vec::new() } else { outline }
+    }
+
+    /// Of each vertex of the input a third of the area round it, and the input.
+    pub fn into_parts(self) -> (Vec<f32>, CornerTable) {
+        (self.weights, self.paths.input)
     }
 
     /// How far the level as it stands and the input are apart, the level's vertices moved to the lattice.
@@ -259,6 +306,13 @@ impl Patch {
 /// Vertices that tell how far a level is off, about.
 const PROBES: usize = 1024;
 
+/// The part of the largest distance from which on vertices and edges are traces, and that for when they are many.
+const SHARES: [f64; 2] = [0.25, 0.5];
+
+/// So many are: of the input's vertices one in so many, or this number.
+const TRACES: usize = 16;
+const FEW_TRACES: usize = 4096;
+
 /// So few vertices ask all triangles at once.
 const FEW: usize = 3;
 
@@ -322,6 +376,57 @@ mod tests {
         let mean = sides / 3.0 * 0.3 * 0.3 / (sides + 2.0) + step * step / 12.0;
         assert!((rms - mean.sqrt()).abs() < 1e-6, "{rms} instead of {}", mean.sqrt());
         assert!((max - (0.3 + 0.75f64.sqrt() * step)).abs() < 1e-6, "{max}");
+    }
+
+    /// Where nothing is gone there is still the move to the lattice: half the diagonal of a cell at most, and the spread in a cell.
+    #[test]
+    fn level_0_is_off_by_its_lattice() {
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]];
+        let (mut covering, level) = covered(&positions, &[[0, 1, 2]], &[[0, 1, 2]], &[]);
+        let LevelError { max, rms } = covering.error(&level, &places(&positions));
+        let step = 1.0 / 1023.0;
+        assert!((max / (3f64.sqrt() / 2.0 * step) - 1.0).abs() < 1e-6, "{max}");
+        assert!((rms / (step / 12f64.sqrt()) - 1.0).abs() < 1e-6, "{rms}");
+    }
+
+    /// Vertex 4 is drawn in by a tenth from the side from 0 to 1, which the level closes: it lies on the level, but not on its boundary.
+    #[test]
+    fn the_mean_knows_the_outline() {
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0], [0.5, 0.1, 0.0]];
+        let input = [[0, 4, 3], [4, 2, 3], [4, 1, 2]];
+        let (mut covering, level) = covered(&positions, &input, &[[0, 1, 2], [0, 2, 3]], &[4]);
+        let LevelError { rms, .. } = covering.error(&level, &places(&positions));
+        // The triangles at vertex 4 have areas 1/4, 9/20 and 1/4, all there is; it stands for a third.
+        assert!((rms - (0.01f64 / 3.0).sqrt()).abs() < 1e-5, "{rms}");
+    }
+
+    /// What is known of a triangle without vertices is what is known of its edges.
+    #[test]
+    fn edges_are_known_too() {
+        let positions = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.2], [1.0, 1.0, 0.0], [0.0, 1.0, 0.2]];
+        let (mut covering, level) =
+            covered(&positions, &[[0, 1, 2], [0, 2, 3]], &[[0, 1, 3], [1, 2, 3]], &[]);
+        let triangles: Vec<_> = level.triangles().collect();
+        covering.paths.renew(&level, &triangles, |_, _| 0.04);
+        for t in triangles {
+            assert_eq!(covering.known(t, &[]), 0.04);
+        }
+    }
+
+    /// High over a strip of triangles the next one is hardly farther off: the way there is not left to chance.
+    #[test]
+    fn the_way_leads_below() {
+        let mut positions: Vec<_> = (0..42).map(|k: u32| [f64::from(k / 2), f64::from(k % 2), 0.0]).collect();
+        let triangles: Vec<_> =
+            (0..40).map(|k| if k % 2 == 0 { [k, k + 2, k + 1] } else { [k, k + 1, k + 2] }).collect();
+        for k in 0..20 {
+            positions.push([f64::from(k) + 0.3, 0.3, 20.0]);
+        }
+        let gone: Vec<u32> = (42..62).collect();
+        let (covering, _) = covered(&positions, &triangles, &triangles, &gone);
+        for &v in &gone {
+            assert!((covering.distances[v as usize].sqrt() - 20.0).abs() < 1e-4, "{v}");
+        }
     }
 
     /// A strip of a hundred triangles along x, and points over it, few or many: each is led to the triangle below it, from whichever was first.

@@ -17,22 +17,24 @@ pub struct Allowance {
     pub quota: usize,
     /// Most of what all removals would cost, as a share of the sum of roots; 1 is no limit.
     pub budget: f64,
+    /// Triangles of components that the level has left out already.
+    pub gone: usize,
 }
 
 /// Removes one level: first the vertices of the pattern's class, if any, then those that the method chooses, and no more than half of the
 /// triangles (but for one vertex). `report` is told the vertices left.
 pub fn remove_level(
     remover: &mut Remover,
-    Allowance { quota, budget }: Allowance,
+    Allowance { quota, budget, gone }: Allowance,
     options: &Options,
     random: &mut SplitMix64,
     report: &mut dyn FnMut(usize) -> Result<()>,
 ) -> Result<()> {
     // Two triangles go with an interior vertex; the first removal is free, or a disc of three triangles would stay.
-    let half = remover.table.triangle_count() / 2;
+    let (left, half) = (remover.table.triangle_count(), (remover.table.triangle_count() + gone) / 2);
     let mut level = Level {
         vertices: remover.vertices.saturating_sub(quota),
-        triangles: (remover.table.triangle_count() - half + 1).min(remover.table.triangle_count() - 1),
+        triangles: (left + gone - half + 1).min(left - 1),
         remover,
         report,
     };
@@ -211,8 +213,10 @@ const WINDOW: usize = 256;
 /// Share of the budget that the first pass over all windows may take.
 const FIRST_PASS: f64 = 0.5;
 
-/// How many times the root of a cost may be above that of the lower quartile. On a surface that is bent everywhere few are above three times.
-const DEAR: f32 = 10.0;
+/// How many times the root of a cost may be above that of the lower quartile. Where distances spread as a normal distribution does, those up
+/// to 4.2 times carry six tenths of the sum, the default budget: what is bent alike is left to the budget, and where flat vertices do
+/// not count in the sum, nothing dearer goes than would go there.
+const DEAR: f32 = 4.2;
 
 /// Vertices whose costs tell what is affordable, at least.
 const SAMPLE: usize = 4096;
@@ -229,10 +233,27 @@ mod tests {
 
     #[test]
     fn what_is_bent_waits_for_what_is_flat() {
-        // Three eighths are flat: what costs more than a hundred times what the lattice does has to wait.
-        assert_eq!(dear(&mut [1.0, 0.0, 2.0, 0.0, 4.0, 5.0, 0.0, 6.0], 1e-4), 1e-2);
+        // Three eighths are flat: what costs more than the square of 4.2 times what the lattice does has to wait.
+        assert_eq!(dear(&mut [1.0, 0.0, 2.0, 0.0, 4.0, 5.0, 0.0, 6.0], 1e-4), DEAR * DEAR * 1e-4);
         // Where nothing is flat, the quarter tells.
-        assert_eq!(dear(&mut [4.0, 3.0, 2.0, 1.0], 1e-4), 200.0);
+        assert_eq!(dear(&mut [4.0, 3.0, 2.0, 1.0], 1e-4), DEAR * DEAR * 2.0);
         assert_eq!(dear(&mut [], 1.0), f32::INFINITY);
+    }
+
+    /// What is dear is what the default budget ends at where distances spread as a normal distribution does.
+    #[test]
+    fn what_is_bent_alike_is_left_to_the_budget() {
+        // Its absolute values at 1,000 equal shares: the density, added up.
+        let (mut costs, mut x, mut below) = (Vec::new(), 0.0f64, 0.0);
+        while costs.len() < 999 {
+            below += 1e-4 * (2.0 / std::f64::consts::PI).sqrt() * (-0.5 * x * x).exp();
+            x += 1e-4;
+            if below >= (costs.len() as f64 + 0.5) / 1000.0 {
+                costs.push((x * x) as f32);
+            }
+        }
+        let [budget] = affordable(costs.clone(), [Options::default().level_budget]);
+        let ratio = (dear(&mut costs, 0.0) / budget).sqrt();
+        assert!((ratio - 1.0).abs() < 0.02, "{ratio}");
     }
 }

@@ -117,7 +117,7 @@ impl Metric {
         let own =
             (foot.length_squared() * f64::from(star.area) * unit).max(f64::from(distortion) * unit * unit);
         let scale = self.alpha / self.mean_edge.powi(4);
-        let distortion = self.quadrics[v.index()].at(foot).max(own) * scale;
+        let distortion = (self.quadrics[v.index()].at(foot).max(own) + aside(star)) * scale;
         let total = distortion + f64::from(shape) * unit * unit * scale;
         Energy { distortion: distortion as f32, total: total as f32 }
     }
@@ -137,6 +137,15 @@ impl Metric {
         let quadric = self.quadrics[v.index()].seen_from(between);
         self.quadrics[heir.index()] += quadric;
     }
+}
+
+/// How far a vertex comes to lie beside its curve, if it is on one: the squared distance times that of the curve's ends, as of a wall.
+fn aside(star: &Star) -> f64 {
+    star.curve.map_or(0.0, |(a, b)| {
+        let off = star.foot([[a, a, b]].into_iter()).length_squared();
+        let length = star.point(a).distance_squared(star.point(b));
+        CURVE * f64::from(off) * f64::from(length) * star.mean_edge.powi(4)
+    })
 }
 
 /// The quadrics of all vertices, the mean length of an edge, and the area.
@@ -178,6 +187,8 @@ pub fn lower_quartile(numbers: &mut [f32]) -> Option<f32> {
 
 /// Weight of a wall, as of Garland and Heckbert's: what is off the outline is seen against whatever lies behind it.
 const OUTLINE: f64 = 10.0;
+/// Weight of the distance from a curve: so curves are about as near to the input's as surfaces are. The surface behind it is the same.
+const CURVE: f64 = 1.0;
 /// How many times the lower quartile of the distortions may be below their typical value, the square of the mean root, for shape to count
 /// in full. Where distances spread as a normal distribution does, it is below it 6 times.
 const ALIKE: f64 = 30.0;

@@ -5,10 +5,12 @@
 //! positions in full precision: on the lattice small triangles degenerate. Where the sampling is regular, levels follow its rows, so
 //! that what is left is regular again.
 
+mod births;
 mod covering;
 mod frame;
 mod level;
 mod metric;
+mod moved;
 mod nearest;
 mod parity;
 mod paths;
@@ -16,11 +18,15 @@ mod polygon;
 mod quadric;
 mod removal;
 mod rows;
+mod seams;
 mod seconds;
 mod shadow;
 mod star;
 
+pub use births::Births;
 pub use covering::{LevelError, Probe, Traces};
+pub use moved::Moved;
+pub use seams::Features;
 pub use seconds::Seconds;
 
 use crate::error::{Error, Result};
@@ -28,11 +34,13 @@ use crate::limits::max_walked;
 use crate::mesh::random::SplitMix64;
 use crate::mesh::{CornerTable, Lattice};
 use crate::refine::History;
+use births::{Components, Lack};
 use bitvec::vec::BitVec;
 use frame::{Frame, Places};
 use level::Allowance;
-use removal::Remover;
+use removal::{Kept, Remover};
 use rows::Rows;
+use seams::Seams;
 use seconds::timed;
 
 /// How the next vertex is chosen.
@@ -79,6 +87,8 @@ pub struct Options {
     pub level_budget: f64,
     /// What the rows of a regular sampling mean to levels.
     pub regular: Regular,
+    /// Which components coarse levels may lack.
+    pub births: Births,
     /// Seed of the random choices.
     pub seed: u64,
 }
@@ -94,6 +104,7 @@ impl Default for Options {
             level_share: 1.0,
             level_budget: 0.6,
             regular: Regular::Preferred,
+            births: Births::None,
             seed: 0,
         }
     }
@@ -124,63 +135,93 @@ pub struct Simplified {
     pub traces: Vec<Traces>,
     /// Of each vertex of the input a third of the area round it.
     pub weights: Vec<f32>,
+    /// The mesh as it was given.
+    pub input: CornerTable,
     /// Where the time went.
     pub seconds: Seconds,
 }
 
 /// Simplifies down to the base.
 ///
-/// `locked` vertices stay. `progress` is called with the vertices removed so far and the vertices to remove; it returns
+/// `locked` vertices stay, and so do the curves that `features` names. `progress` is called with the vertices removed so far and the vertices to remove; it returns
 /// whether to go on.
 ///
 /// # Errors
-/// [`Error::Cancelled`] where `progress` said so.
+/// [`Error::Cancelled`] where `progress` said so, [`Error::Parameter`] where `features` are not of this table.
 pub fn simplify(
     table: CornerTable,
     positions: &[[f64; 3]],
-    locked: BitVec,
+    mut locked: BitVec,
+    features: Features,
     lattice: &Lattice,
     options: &Options,
     progress: &mut dyn FnMut(u64, u64) -> bool,
 ) -> Result<Simplified> {
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
-    let held = removal::vertices(&table).filter(|v| locked[v.index()]).count();
-    let mut remover = Remover::new(table, places, locked, options);
+    let mut components = Components::new(&table, &places, options.births);
+    let seams = Seams::new(&table, features)?;
+    if let Some(seams) = &seams {
+        locked |= seams.corners();
+    }
+    let mut remover = Remover::new(table, places, Kept { locked, seams }, options);
     let start = remover.vertices;
-    let target = options.base_vertices.unwrap_or_else(|| default_base_vertices(start, held));
+    let held = remover.held();
+    let target = |held_now: usize| {
+        options.base_vertices.unwrap_or_else(|| default_base_vertices(start - held + held_now, held_now))
+    };
+    let first_target = target(held);
+    let few = options.base_vertices.unwrap_or((start / FEW).max(LEAST));
+    let mut target_now = first_target;
     let mut random = SplitMix64::new(options.seed);
     let mut report = |vertices: usize| {
         let done = (start - vertices) as u64;
-        if progress(done, start.saturating_sub(target) as u64) { Ok(()) } else { Err(Error::Cancelled) }
+        if progress(done, start.saturating_sub(first_target) as u64) { Ok(()) } else { Err(Error::Cancelled) }
     };
-    let (mut errors, mut traces) = (Vec::new(), Vec::new());
-    let mut measure = |remover: &mut Remover| {
+    let (mut errors, mut traces) = (Vec::<LevelError>::new(), Vec::new());
+    let mut measure = |remover: &mut Remover, errors: &mut Vec<LevelError>| {
         let (error, seconds) = timed(|| remover.covering.error(&remover.table, &remover.places));
         errors.push(error);
         traces.push(remover.covering.traces(&remover.table, &remover.places, &error));
         remover.watch.seconds.measure += seconds;
     };
-    measure(&mut remover);
+    measure(&mut remover, &mut errors);
     let mut rows = Rows::new(options.regular);
     let mut budget = options.level_budget;
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
     let mut walked = 0;
-    while remover.vertices > target && walked + remover.table.triangle_count() as u64 <= allowed {
-        let share = (remover.vertices as f64 * options.level_share) as usize;
-        let quota = share.max(1).min(remover.vertices - target);
-        let pattern = rows.next_level(&mut remover);
-        let follows = pattern.is_some();
-        remover.begin_level(pattern);
-        let allowance = Allowance { quota, budget };
-        level::remove_level(&mut remover, allowance, options, &mut random, &mut report)?;
-        if remover.history.end_level() {
+    while walked + remover.table.triangle_count() as u64 <= allowed {
+        let half = remover.table.triangle_count() / 2;
+        let error = errors.last().map_or(0.0, |error| error.max) / remover.places.frame.length(1.0);
+        let mut may_go_on = false;
+        if remover.vertices > target_now {
+            let size = error * error;
+            let gone = components.leave(&mut remover, Lack { size, triangles: half, vertices: usize::MAX });
+            let share = (remover.vertices as f64 * options.level_share) as usize;
+            let quota = share.max(1).min(remover.vertices.saturating_sub(target_now));
+            let pattern = rows.next_level(&mut remover);
+            // None of the cheap ones may go, but another.
+            may_go_on = budget < 1.0 || pattern.is_some();
+            remover.begin_level(pattern);
+            if quota > 0 {
+                let allowance = Allowance { quota, budget, gone };
+                level::remove_level(&mut remover, allowance, options, &mut random, &mut report)?;
+            }
+        }
+        let mut has_level = remover.history.end_level();
+        if !has_level && !may_go_on && remover.vertices > few {
+            let size = components.smallest().map_or(0.0, |size| size.max(error * error) * GROWTH * GROWTH);
+            let lack = Lack { size, triangles: half, vertices: remover.vertices - few };
+            components.leave(&mut remover, lack);
+            has_level = remover.history.end_level();
+        }
+        if has_level {
+            target_now = target(remover.held());
             budget = options.level_budget;
             walked += remover.table.triangle_count() as u64;
-            measure(&mut remover);
-        } else if budget < 1.0 || follows {
-            // None of the cheap ones could be removed, but another may.
+            measure(&mut remover, &mut errors);
+        } else if may_go_on {
             budget = 1.0;
             rows.end();
         } else {
@@ -190,13 +231,21 @@ pub fn simplify(
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
     let Remover { table: base, history, covering, .. } = remover;
-    Ok(Simplified { base, history, errors, traces, weights: covering.into_weights(), seconds })
+    let (weights, input) = covering.into_parts();
+    Ok(Simplified { base, history, errors, traces, weights, input, seconds })
 }
+
+/// Vertices of the input for each that a base may have before components are left out of it that are larger than its error.
+const FEW: usize = 50;
+/// So many it may have anyway.
+const LEAST: usize = 150;
+/// How much larger the components are that such a level lacks than those that the level before lacks, or than its error.
+const GROWTH: f64 = 1.5;
 
 /// Vertices to stop at for a mesh of so many vertices, some of them locked, where [`Options::base_vertices`] is not given: however many
 /// are locked, as many others stay as of a mesh of the others, for locked ones lie where they must and tell nothing of what is between.
 pub fn default_base_vertices(vertices: usize, locked: usize) -> usize {
-    locked + (vertices.saturating_sub(locked) / 200).max(150)
+    locked + (vertices.saturating_sub(locked) / 200).max(LEAST)
 }
 
 #[cfg(test)]
@@ -210,7 +259,15 @@ mod tests {
         let (min, max) = crate::mesh::lattice::bounds(mesh.positions.iter().copied()).unwrap();
         let lattice = Lattice::over(min, max, 14);
         let locked = bitvec![0; mesh.positions.len()];
-        let done = simplify(table.clone(), &mesh.positions, locked, &lattice, options, &mut |_, _| true);
+        let done = simplify(
+            table.clone(),
+            &mesh.positions,
+            locked,
+            Features::default(),
+            &lattice,
+            options,
+            &mut |_, _| true,
+        );
         (table, done.unwrap())
     }
 
@@ -301,6 +358,7 @@ mod tests {
             table,
             &mesh.positions,
             locked,
+            Features::default(),
             &Lattice::over(min, max, 14),
             &Options::default(),
             &mut |_, _| true,

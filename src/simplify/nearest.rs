@@ -5,17 +5,55 @@ use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use glam::DVec3;
 
-/// The squared distance of the farthest of some points of a level's triangle from the input; `known` are vertices of the input near by, of which
-/// a few are asked.
-/// Points lie on the triangle's edges and inside; where they are nearly as far off as `most` (squared), there are more of them.
-pub fn farthest_of_triangle(
-    input: &CornerTable,
-    places: &Places,
-    corners: [Vertex; 3],
-    known: &[Vertex],
+/// Where the nearest point of the input is looked for from.
+#[derive(Clone, Copy, Debug)]
+pub struct Near<'a> {
+    /// The input.
+    pub input: &'a CornerTable,
+    /// Its vertices.
+    pub places: &'a Places<'a>,
+    /// The corners of a level's triangle.
+    pub corners: [Vertex; 3],
+    /// Vertices near by, of which a few are asked.
+    pub met: &'a [Vertex],
+}
+
+/// The squared distance of the farthest of some points of a level's triangle from the input, but for its corners, which are at most as far
+/// off as they have moved. Points lie on the triangle's edges and inside; where they are nearly as far off as `most` (squared), there are
+/// more of them.
+pub fn farthest_of_triangle(near: &Near, triangle: [DVec3; 3], most: f32) -> f32 {
+    let mut found = farthest_point(near, triangle, most, &[]);
+    // What would be the farthest of all may only have been looked for in the wrong place: all of the input is asked for a better one.
+    let mut starts = Vec::new();
+    while found.0 > f64::from(most) && starts.len() < STARTS {
+        starts.push(near.closest(found.1));
+        let again = farthest_point(near, triangle, most, &starts);
+        if again.0 >= found.0 {
+            break;
+        }
+        found = again;
+    }
+    found.0 as f32
+}
+
+impl Near<'_> {
+    /// A vertex of the input near a point: the nearest of some from all over.
+    fn closest(&self, p: DVec3) -> Vertex {
+        let count = self.places.positions.len();
+        let vertices = (0..count).step_by(count.div_ceil(ALL_OVER).max(1)).map(|v| Vertex(v as u32));
+        let apart = |v: Vertex| self.places.at(v).distance_squared(p);
+        let there = vertices.filter(|&v| self.input.corner_of(v).is_some()).map(|v| (apart(v), v));
+        there.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(self.corners[0], |(_, v)| v)
+    }
+}
+
+/// The farthest of some points, squared, and which it is; also looked for from some more vertices.
+fn farthest_point(
+    &Near { input, places, corners, met: known }: &Near,
+    [a, b, c]: [DVec3; 3],
     most: f32,
-) -> f32 {
-    let [a, b, c] = corners.map(|v| places.at(v));
+    starts: &[Vertex],
+) -> (f64, DVec3) {
     let at = |u: f64, v: f64| a + (b - a) * u + (c - a) * v;
     let mut last = input.corner_of(corners[0]).triangle();
     let enough = CLOSE * f64::from(most);
@@ -34,7 +72,8 @@ pub fn farthest_of_triangle(
         // What would be the farthest of all is looked for from all sides: from the nearest vertex the way may end before a notch of the
         // boundary.
         if found.0 > f64::from(most) {
-            for &v in corners.iter().chain(known.iter().step_by(known.len().div_ceil(SIDES).max(1))) {
+            let sides = known.iter().step_by(known.len().div_ceil(SIDES).max(1));
+            for &v in starts.iter().chain(&corners).chain(sides) {
                 let other = descend(input, places, p, input.corner_of(v).triangle(), enough);
                 found = if other.0 < found.0 { other } else { found };
             }
@@ -46,7 +85,6 @@ pub fn farthest_of_triangle(
     let part = 1.0 / f64::from(GRID);
     for (i, j) in (0..=GRID).flat_map(|i| (0..=GRID - i).map(move |j| (i, j))) {
         let (u, v) = (f64::from(i) * part, f64::from(j) * part);
-        // The corners are vertices of the input.
         let corner = [i, j, GRID - i - j].contains(&GRID);
         let squared = if corner { 0.0 } else { measure(u, v) };
         if squared > best.0 {
@@ -70,7 +108,7 @@ pub fn farthest_of_triangle(
         }
         step *= 0.5;
     }
-    best.0 as f32
+    (best.0, at(best.1, best.2))
 }
 
 /// The squared distance of a point from a triangle of the input, and that triangle: from `start` on to neighbours as long as one is nearer,
@@ -128,7 +166,38 @@ const CLOSE: f64 = 0.5;
 const ASKED: usize = 64;
 /// How many of them are asked where it matters most.
 const SIDES: usize = 8;
+/// Vertices of the whole input of which the nearest is looked for.
+const ALL_OVER: usize = 16_384;
+/// How often that is done for a triangle.
+const STARTS: usize = 3;
 /// Triangles looked at round a corner, each way.
 const FAN: u32 = 32;
 /// Triangles on the way to the nearest.
 const STEPS: u32 = 256;
+
+#[cfg(test)]
+mod tests {
+    use super::super::frame::Frame;
+    use super::*;
+    use crate::mesh::Lattice;
+
+    /// A strip that runs along x, turns and runs back two higher: from the lower arm no way over nearer and nearer triangles leads to the
+    /// upper one, below which the triangle is.
+    #[test]
+    fn the_other_arm_is_found() {
+        let along = |k: u32| if k <= 10 { [f64::from(k), 0.0] } else { [f64::from(21 - k), 2.0] };
+        let corner = |i: u32| [along(i / 2)[0], f64::from(i % 2), along(i / 2)[1]];
+        let positions: Vec<_> = (0..44).map(corner).collect();
+        let strip: Vec<_> =
+            (0..42).map(|k| if k % 2 == 0 { [k, k + 2, k + 1] } else { [k, k + 1, k + 2] }).collect();
+        let input = CornerTable::from_triangles(44, &strip).unwrap();
+        let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
+        let places = Places { positions: &positions, frame: Frame::new(&lattice) };
+        let near = Near { input: &input, places: &places, corners: [2, 4, 3].map(Vertex), met: &[] };
+        for (height, far) in [(1.9, 0.1), (0.2, 0.2)] {
+            let triangle = [[1.0, 0.0], [2.0, 0.0], [1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, height));
+            let found = farthest_of_triangle(&near, triangle, 0.01).sqrt();
+            assert!((found - far).abs() < 1e-6, "{height}: {found}");
+        }
+    }
+}

@@ -6,6 +6,7 @@ use super::frame::Places;
 use super::metric::{Energy, Metric};
 use super::polygon::{MAX_SIDES, Shape};
 use super::rows::Pattern;
+use super::seams::Seams;
 use super::seconds::Stopwatch;
 use super::shadow::Shadow;
 use super::star::Star;
@@ -47,6 +48,7 @@ pub struct Remover<'a> {
     metric: Metric,
     energies: Energies,
     barred: Barred,
+    seams: Option<Seams>,
     /// Lists that are empty between removals, with their memory.
     room: (Vec<Triangle>, Vec<Vertex>),
 }
@@ -62,6 +64,15 @@ struct Energies {
     shapes: Vec<Shape>,
 }
 
+/// What must stay of a mesh.
+#[derive(Debug)]
+pub struct Kept {
+    /// Vertices.
+    pub locked: BitVec,
+    /// Curves, if there are any.
+    pub seams: Option<Seams>,
+}
+
 /// The vertices that must stay.
 #[derive(Debug)]
 struct Barred {
@@ -73,7 +84,8 @@ struct Barred {
 
 impl<'a> Remover<'a> {
     /// A mesh with all its vertices.
-    pub fn new(table: CornerTable, places: Places<'a>, locked: BitVec, options: &Options) -> Self {
+    pub fn new(table: CornerTable, places: Places<'a>, kept: Kept, options: &Options) -> Self {
+        let Kept { locked, seams } = kept;
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
@@ -89,6 +101,7 @@ impl<'a> Remover<'a> {
                 shapes: vec![Shape::NONE; count],
             },
             barred: Barred { locked, blocked: BitVec::repeat(false, count) },
+            seams,
             room: Default::default(),
             table,
             places,
@@ -103,6 +116,9 @@ impl<'a> Remover<'a> {
         if self.table.slots() > SPARSE * self.table.triangle_count() {
             let there = self.table.compact();
             self.covering.compact(&there);
+            if let Some(seams) = &mut self.seams {
+                seams.compact(&there);
+            }
         }
         // The pattern is part of what a removal costs.
         if pattern.is_some() || self.pattern.is_some() {
@@ -143,6 +159,11 @@ impl<'a> Remover<'a> {
         left.append(&mut of_class);
         self.watch.seconds.cost += start.elapsed().as_secs_f64();
         (left, sample)
+    }
+
+    /// How many vertices are locked.
+    pub fn held(&self) -> usize {
+        vertices(&self.table).filter(|v| self.barred.locked[v.index()]).count()
     }
 
     /// Whether the surface is bent more or less alike, so that the shape of triangles counts.
@@ -270,8 +291,32 @@ impl<'a> Remover<'a> {
         (self.metric.energy(v, &star, foot, distortion, shape), solved.shape)
     }
 
+    /// The star of a vertex, if it can be removed at all.
     #[inline]
     fn star(&self, v: Vertex) -> Option<Star> {
+        let star = self.any_star(v);
+        match &self.seams {
+            Some(seams) => star.and_then(|star| self.between_seams(v, star, seams)),
+            None => star,
+        }
+    }
+
+    /// The same where there are seams.
+    fn between_seams(&self, v: Vertex, mut star: Star, seams: &Seams) -> Option<Star> {
+        let sides = star.ring().len();
+        if star.boundary {
+            // Without an ear whose inner edge is a seam, nothing would be left of that seam but a boundary.
+            let is_held = sides == 2 && seams.is_seam(self.table.corner_of(v));
+            return (!is_held).then_some(star);
+        }
+        star.curve = seams.curve(&self.table, v);
+        // Where the two neighbours on the curve are neighbours on the link, an edge joins them already.
+        let closes = star.curve.is_some_and(|(a, b)| b - a == 1 || b - a == sides - 1);
+        (!closes).then_some(star)
+    }
+
+    #[inline]
+    fn any_star(&self, v: Vertex) -> Option<Star> {
         let table = &self.table;
         let boundary = table.is_boundary(v);
         let first = table.corner_of(v);
@@ -298,6 +343,9 @@ impl<'a> Remover<'a> {
     /// vertex, from where its position is predicted.
     #[inline]
     fn price(&self, v: Vertex, star: &Star, price: f32, i: usize, j: usize) -> f32 {
+        if star.is_across(i, j) {
+            return f32::INFINITY;
+        }
         let middle = 0.5 * (star.point(i) + star.point(j)).length();
         // A pattern that is followed comes before all else, distortions included.
         let dear = if self.follows(v) { price.max(1.0) } else { price };
@@ -346,13 +394,15 @@ impl<'a> Remover<'a> {
             };
             shape = star.solve(price, edge).shape;
         };
-        // The edge to be split: the one the pattern keeps, then the one whose midpoint is nearest.
+        // The edge to be split: the curve's, or the one the pattern keeps, then the one whose midpoint is nearest.
         let distance = |&(i, j): &(usize, usize)| {
             let middle = (star.point(i) + star.point(j)) * 0.5;
             (self.bias(v, &star, i, j), middle.length_squared())
         };
         let diagonal = if star.boundary {
             Some((sides - 1, 0))
+        } else if star.curve.is_some() {
+            star.curve
         } else {
             best.diagonals()
                 .map(|d| (distance(&d), d))
@@ -412,6 +462,10 @@ impl<'a> Remover<'a> {
             star.push(inner.triangle());
         }
         self.covering.put(&self.table, &self.places, &covered, &star);
+        if let Some(seams) = &mut self.seams {
+            let ends = plan.star.curve.map(|(a, b)| [a, b].map(|i| plan.star.ring()[i]));
+            seams.renew(&self.table, &star, ends);
+        }
         let mut shadow = None;
         let bound = |a, b| shadow.get_or_insert_with(|| Shadow::new(&plan.star)).bound(a, b, known);
         self.covering.paths.renew(&self.table, &star, bound);

@@ -24,6 +24,8 @@ pub struct Pattern {
     holds: BitVec,
     /// Of each vertex of the last class that goes, the two neighbours that it lay between when the round began, if they were two.
     mates: Vec<[Vertex; 2]>,
+    /// What an edge costs for each rank of its two ends where the pattern is a preference, in mean edges.
+    preference: f32,
 }
 
 impl Pattern {
@@ -44,7 +46,8 @@ impl Pattern {
                 }
             }
         }
-        Self { class: 0, classes, ranks: [0; 5], holds, mates }
+        let preference = preference(classes.fit);
+        Self { class: 0, classes, ranks: [0; 5], holds, mates, preference }
     }
 
     /// Whether levels follow the pattern.
@@ -70,7 +73,7 @@ impl Pattern {
         let rank = |v: Vertex| f32::from(self.ranks[usize::from(self.class_of(v))]);
         let ranks = rank(a) + rank(b);
         if !self.holds(v) {
-            return PREFERENCE * ranks;
+            return self.preference * ranks;
         }
         let mut bias = FIRST * ranks;
         if self.class == LAST && ranks == 0.0 {
@@ -138,6 +141,12 @@ impl Rows {
     }
 }
 
+/// What an edge costs for each rank of its two ends, in mean edges, where so many edges fit the pattern. What fits by chance will not be
+/// regular after a round either; only what fits beyond that saves bits, in return for triangles that are not where the surface needs them.
+fn preference(fit: f64) -> f32 {
+    PREFERENCE * ((fit - CHANCE) / (1.0 - CHANCE)).max(0.0) as f32
+}
+
 /// The vertices near which nearly all triangles have three classes.
 ///
 /// By chance about three quarters have. Where the pattern meets itself along a seam, two of the classes that go change places: that does no harm, so
@@ -193,12 +202,14 @@ const NEARLY: f64 = 0.9;
 /// Rounds that follow a pattern exactly: they take fifteen vertices of sixteen, and few bits are left to save; but the few vertices
 /// that then remain had better be where the surface needs them.
 const ROUNDS: u32 = 2;
-/// Share of edges that classes must fit to be preferred: half of them fit by chance.
+/// Share of edges that classes must fit to be preferred.
 const FIT: f64 = 0.65;
+/// The share that fits by chance.
+const CHANCE: f64 = 0.5;
 
-/// What an edge costs for each rank of its two ends, in mean edges, where the pattern is a preference: enough that it goes on where
-/// the surface is smooth.
-const PREFERENCE: f32 = 1.5;
+/// What an edge costs for each rank of its two ends, in mean edges, where a pattern that fits everywhere is a preference: enough that it goes
+/// on where the surface is smooth.
+const PREFERENCE: f32 = 2.0;
 /// The same where the pattern comes first: more than the shapes of a polygon's triangles may make.
 const FIRST: f32 = 1e4;
 /// What comes second, before shapes.
@@ -208,7 +219,7 @@ const ODD: Vec3 = Vec3::new(0.408_248_3, 0.577_350_3, std::f32::consts::FRAC_1_S
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Options, simplify};
+    use super::super::{Features, Options, simplify};
     use super::*;
     use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
     use glam::DVec3;
@@ -224,8 +235,16 @@ mod tests {
         let lattice = Lattice::over(min, max, 14);
         let locked = bitvec![0; mesh.positions.len()];
         let options = Options { base_vertices: Some(20), ..options };
-        let done =
-            simplify(table.clone(), &mesh.positions, locked, &lattice, &options, &mut |_, _| true).unwrap();
+        let done = simplify(
+            table.clone(),
+            &mesh.positions,
+            locked,
+            Features::default(),
+            &lattice,
+            &options,
+            &mut |_, _| true,
+        )
+        .unwrap();
         let mut levels = vec![table];
         for j in 0..count {
             let mut table = levels[j].clone();
@@ -337,6 +356,24 @@ mod tests {
         }
         let triangles = table.triangles().map(|t| table.triangle(t).map(|v| v.0)).collect();
         IndexedMesh::new(mesh.positions, triangles)
+    }
+
+    /// An edge between two vertices of the class that goes costs the less the fewer edges fit the pattern, and nothing where half of them do,
+    /// as anywhere.
+    #[test]
+    fn what_fits_little_is_preferred_little() {
+        let mesh = half_a_sheet();
+        let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
+        let bias = |fit: f64| {
+            let classes = Classes { of: vec![0; mesh.positions.len()], fit };
+            let mut pattern = Pattern::new(&table, classes);
+            pattern.ranks = [3, 2, 1, 0, 1];
+            assert!(!pattern.is_exact());
+            pattern.bias(Vertex(0), [Vertex(1), Vertex(2)], Vec3::X)
+        };
+        let [full, most, little] = [1.0, 0.9, 0.6].map(bias);
+        assert!(full > 0.0 && (most / full - 0.8).abs() < 1e-3 && (little / full - 0.2).abs() < 1e-3);
+        assert_eq!([0.5, 0.4].map(bias), [0.0; 2]);
     }
 
     /// Where only half of the mesh has rows, they are preferred there: of four classes, one makes up most of what stays.

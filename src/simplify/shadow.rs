@@ -134,6 +134,13 @@ mod tests {
         assert!((bound(&reflex, 1, 9, &[0.0; 5]) - thickness).abs() < 1e-6);
         let half = star(&[[2.0, 0.0, -1.0], [1.0, 2.0, -1.0], [-1.0, 2.0, -1.0], [-2.0, -0.5, -1.0]], true);
         assert!((bound(&half, 0, 2, &[0.0; 3]) - bound(&half, 2, 0, &[0.0; 3])).abs() < 1e-6);
+        // At a reflex vertex of the boundary the edge that closes the star runs outside of it.
+        let open = star(&[[2.0, 0.0, -1.0], [1.0, 2.0, -1.0], [-2.0, 1.0, -1.0], [-1.0, -2.0, -1.0]], true);
+        let known = [0.01, 0.04, 0.01];
+        for (i, j) in [(0, 3), (3, 0)] {
+            let all = 0.2 + bound(&open, 0, 9, &[0.0; 3]);
+            assert!((bound(&open, i, j, &known) - all).abs() < 1e-5);
+        }
         points[1] = [0.3, -0.3, 3.0];
         assert!(bound(&star(&points, false), 0, 2, &[0.0; 5]).is_infinite());
     }

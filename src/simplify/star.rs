@@ -14,6 +14,9 @@ pub struct Star {
     normals: [Vec3; MAX_SIDES],
     /// Whether the vertex lies on the boundary: then the edge from the last link vertex to the first is to be made.
     pub boundary: bool,
+    /// The places i < j of the link vertices that the vertex lies between on a curve, if it does: then the edge between these is to be
+    /// made, and none across.
+    pub curve: Option<(usize, usize)>,
     /// Mean length of the edges at the vertex, above 0.
     pub mean_edge: f64,
     /// Area of the star, in squared mean edges.
@@ -58,7 +61,7 @@ impl Star {
             area += 0.5 * length;
             normals[i] = if length > 0.0 { cross / length } else { Vec3::ZERO };
         }
-        Some(Self { sides, ring, points, normals, boundary, mean_edge, area })
+        Some(Self { sides, ring, points, normals, boundary, curve: None, mean_edge, area })
     }
 
     /// The link, counter-clockwise.
@@ -71,6 +74,16 @@ impl Star {
     #[inline]
     pub fn point(&self, i: usize) -> Vec3 {
         self.points[i]
+    }
+
+    /// Whether a diagonal i < j would lead from one side of the vertex's curve to the other.
+    #[inline]
+    pub fn is_across(&self, i: usize, j: usize) -> bool {
+        self.curve.is_some_and(|(a, b)| {
+            let between = |k: usize| a < k && k < b;
+            let beyond = |k: usize| k < a || b < k;
+            between(i) && beyond(j) || beyond(i) && between(j)
+        })
     }
 
     /// Something seen from the vertex in the unit of the mesh.

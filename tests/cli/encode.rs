@@ -106,7 +106,17 @@ fn the_json_of_info_and_encode() {
         ["bits", "bits_per_vertex", "joined", "locked_vertices", "peak_bytes", "seconds", "warnings"]
     );
     assert_eq!(keys(&encoded["seconds"]), ["code", "condition", "read", "simplify", "write"]);
-    let bits = ["base", "connectivity", "correction", "geometry", "keyframes", "order", "other", "residue"];
+    let bits = [
+        "attributes",
+        "base",
+        "connectivity",
+        "correction",
+        "geometry",
+        "keyframes",
+        "order",
+        "other",
+        "residue",
+    ];
     assert_eq!(keys(&encoded["bits"]), bits);
     let total: f64 = bits.iter().map(|name| encoded["bits"][name].as_f64().unwrap()).sum();
     assert!((total / 8.0 - info["file_bytes"].as_f64().unwrap()).abs() < 1e-6, "{total} bits");
@@ -314,10 +324,10 @@ fn strict_refuses_what_a_file_cannot_keep() {
     folder.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let run = folder.run("encode m.obj -o m.uwm --strict");
     assert_eq!(run.code, 1);
-    assert!(run.err.starts_with("unweld: m.obj: --strict: a file cannot keep normals"), "{}", run.err);
+    assert!(run.err.starts_with("unweld: m.obj: --strict: a file cannot keep normal"), "{}", run.err);
     let run = folder.run("simplify m.obj -o m.ply --faces 1 --strict");
     assert_eq!(run.code, 1);
-    assert!(run.err.starts_with("unweld: m.obj: --strict: the result cannot keep normals"), "{}", run.err);
+    assert!(run.err.starts_with("unweld: m.obj: --strict: the result cannot keep normal"), "{}", run.err);
     assert_eq!(folder.list(), ["bare.obj", "m.obj"]);
     // One that loses nothing is none the worse for it, also beside one that fails.
     let run = folder.run("encode m.obj bare.obj -o out --strict");

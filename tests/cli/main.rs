@@ -122,13 +122,6 @@ impl Run {
         self
     }
 
-    /// The same, where an STL file was read: its facet normals are dropped, and that is said.
-    fn succeeded_with_stl(self, name: &str) -> Self {
-        assert_eq!(self.err, format!("unweld: {name}: dropped facet normals\n"));
-        assert_eq!(self.code, 0);
-        self
-    }
-
     /// One line on standard error, nothing on standard output.
     fn failed(&self, code: i32, line: &str) {
         assert_eq!((self.err.as_str(), self.code), (format!("unweld: {line}\n").as_str(), code));

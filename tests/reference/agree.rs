@@ -139,7 +139,7 @@ fn plan(contents: &Contents, start: u32) -> Plan {
     };
     let keyframe = part(&|kind, level| kind == AtomKind::Keyframe && level == start);
     let onwards = part(&|kind, level| match kind {
-        AtomKind::Precision | AtomKind::Refinement => level < start,
+        AtomKind::Precision | AtomKind::Refinement | AtomKind::Birth => level < start,
         AtomKind::Residue | AtomKind::Correction | AtomKind::Order | AtomKind::Metadata => true,
         _ => false,
     });

@@ -17,6 +17,8 @@ pub fn demand(rule: bool, why: &str) -> Result<()> {
 pub const BASE: u8 = 0;
 pub const PRECISION: u8 = 1;
 pub const REFINEMENT: u8 = 2;
+/// No number of the format: births have their place in the level entry.
+pub const BIRTH: u8 = 127;
 pub const RESIDUE: u8 = 3;
 pub const METADATA: u8 = 4;
 pub const KEYFRAME: u8 = 5;

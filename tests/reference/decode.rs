@@ -1,6 +1,6 @@
 //! Chapter 1: from a file to its levels.
 
-use super::container::{BASE, File, KEYFRAME, METADATA, PRECISION, REFINEMENT, Result};
+use super::container::{BASE, BIRTH, File, KEYFRAME, Level, METADATA, PRECISION, REFINEMENT, Result};
 use super::refinement::{self, Models};
 use super::residue::Whole;
 use super::walk::Mesh;
@@ -19,7 +19,14 @@ pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> R
             refinement::precision_pass(&mut mesh, atoms, (shift(j + 1), shift(j)), &mut models)?;
         }
         let atoms = file.atoms_of(REFINEMENT, j);
-        refinement::level_pass(&mut mesh, atoms, file.scale(j), &mut models)?;
+        if !atoms.is_empty() {
+            refinement::level_pass(&mut mesh, atoms, file.scale(j), &mut models)?;
+        }
+        if let Some(last) = file.atoms_of(BIRTH, j).last() {
+            let level = Level { vertices: last.items, triangles: last.triangles, ..file.levels[j] };
+            let born = keyframe::read_birth(&file.payload(BIRTH, j), level, file.scale(j))?;
+            keyframe::join(&mut mesh, born);
+        }
         see(j, &mesh);
         if !file.atoms_of(KEYFRAME, j).is_empty() {
             models = Models::fresh(file.rich_models);

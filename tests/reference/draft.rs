@@ -1,6 +1,6 @@
 //! A file in parts, to be changed and sealed again with checksums that fit.
 
-use super::container::{Atom, BASE, File, KEYFRAME, PRECISION, REFINEMENT, checksum, crc32c};
+use super::container::{Atom, BASE, BIRTH, File, KEYFRAME, PRECISION, REFINEMENT, checksum, crc32c};
 
 /// A file without the fields that follow from the others.
 #[derive(Clone)]
@@ -76,8 +76,14 @@ impl Draft {
                     self.run(&mut table, BASE, j as u64, 0);
                 }
                 Some(coarser) => {
-                    let added = level.vertices.wrapping_sub(coarser.vertices);
-                    let triangles = level.triangles.wrapping_sub(coarser.triangles);
+                    let last = self.atoms.iter().rfind(|atom| (atom.kind, atom.level) == (BIRTH, j as u64));
+                    let born = last.map_or([0; 2], |last| [last.items, last.triangles]);
+                    if last.is_some() {
+                        varint(&mut table, 0);
+                        born.into_iter().for_each(|count| varint(&mut table, count));
+                    }
+                    let added = level.vertices.wrapping_sub(coarser.vertices).wrapping_sub(born[0]);
+                    let triangles = level.triangles.wrapping_sub(coarser.triangles).wrapping_sub(born[1]);
                     let single = added.wrapping_mul(2).wrapping_sub(triangles);
                     let finer = coarser.shift.wrapping_sub(level.shift);
                     let marks = u64::from(single > 0) + 2 * u64::from(finer > 0);
@@ -96,10 +102,12 @@ impl Draft {
                         self.run(&mut table, PRECISION, j as u64, 0);
                     }
                     self.run(&mut table, REFINEMENT, j as u64, single);
+                    self.run(&mut table, BIRTH, j as u64, 0);
                 }
             }
         }
-        let mut behind = self.atoms.iter().filter(|atom| atom.kind > REFINEMENT).peekable();
+        let mut behind =
+            self.atoms.iter().filter(|atom| atom.kind > REFINEMENT && atom.kind != BIRTH).peekable();
         while let Some(atom) = behind.next() {
             table.push(atom.kind);
             if atom.kind == KEYFRAME {

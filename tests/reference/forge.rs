@@ -19,7 +19,8 @@ const BITS: u32 = 8;
 /// The answers in the code of a sound base or keyframe: decisions, all of them.
 pub fn answers(code: &[u8], boundary: u64, level: Level) -> Vec<u64> {
     let tap = RefCell::default();
-    read_code(&mut Code::tapped(code, &tap), boundary, level, Scale::plain(BITS)).expect("a sound code");
+    read_code(&mut Code::tapped(code, &tap), boundary, level, Scale::plain(BITS), [0; 3])
+        .expect("a sound code");
     tap.into_inner().log.into_iter().map(|(_, answer)| answer).collect()
 }
 
@@ -27,7 +28,7 @@ pub fn answers(code: &[u8], boundary: u64, level: Level) -> Vec<u64> {
 pub fn code(answers: &[u64], boundary: u64, level: Level) -> Vec<u8> {
     let tap = scripted(answers);
     // The verdict is of no interest here: the code goes to both decoders.
-    let _ = read_code(&mut Code::tapped(&[], &tap), boundary, level, Scale::plain(BITS));
+    let _ = read_code(&mut Code::tapped(&[], &tap), boundary, level, Scale::plain(BITS), [0; 3]);
     encode(tap.into_inner().log.into_iter().map(|(part, _)| part))
 }
 

@@ -10,7 +10,7 @@ use unweld::simplify::Method;
 
 use super::agree::{agree, by_crate, sorted};
 use super::by_hand;
-use super::container::{CORRECTION, File, KEYFRAME, METADATA, ORDER, RESIDUE};
+use super::container::{BIRTH, CORRECTION, File, KEYFRAME, METADATA, ORDER, REFINEMENT, RESIDUE};
 use super::draft::Draft;
 use super::on_shapes::same_triangles;
 use super::residue::Whole;
@@ -79,6 +79,15 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
             Options { exact: Some(Real::Binary64), weld: Weld::Within(0.01), ..small(9, 6, 6) },
         ),
         (
+            "births.uwm",
+            snapped(parts()),
+            Options {
+                keyframes: Keyframes::Every(2),
+                preview: Preview::Schedule(vec![0, 1, 2]),
+                ..small(10, 8, 7)
+            },
+        ),
+        (
             "order.uwm",
             disc,
             Options {
@@ -89,6 +98,21 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
             },
         ),
     ]
+}
+
+/// A ball, three tetrahedra, two strips and twelve loose triangles, each apart from the others and of another size.
+fn parts() -> IndexedMesh {
+    let triangle = IndexedMesh::new(vec![[0.0; 3], [1.0, 0.25, 0.125], [0.25, 1.0, 0.5]], vec![[0, 1, 2]]);
+    let (ball, tetrahedron, strip) = (shapes::sphere(1), shapes::tetrahedron(), shapes::strip(4));
+    let parts = [&[ball][..], &vec![tetrahedron; 3], &vec![strip; 2], &vec![triangle; 12]].concat();
+    let mut mesh = IndexedMesh::default();
+    for (k, part) in parts.iter().enumerate() {
+        let (first, size) = (mesh.positions.len() as u32, 2.0 / (1.0 + k as f64));
+        let at = [3 * k % 7, 2 * k % 5, k].map(|x| x as f64);
+        mesh.positions.extend(part.positions.iter().map(|p| [0, 1, 2].map(|i| at[i] + size * p[i])));
+        mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    mesh
 }
 
 /// A mesh whose coordinates do not hang on the last bits of sines and cosines.
@@ -179,6 +203,10 @@ fn they_are_what_the_read_me_says() {
     assert_eq!((joined.levels[0].vertices, joined.levels[0].triangles), (30, 60));
     assert_eq!((beyond("joined.uwm"), joined.levels.len()), ([true, false], 9));
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
+    let births = File::read(&load("births.uwm")).unwrap();
+    let with = (0..births.levels.len()).filter(|&j| !births.atoms_of(BIRTH, j).is_empty()).count();
+    let alone = (0..births.levels.len()).filter(|&j| births.atoms_of(REFINEMENT, j).is_empty()).count() - 1;
+    assert_eq!((births.levels.len(), with, alone), (9, 4, 1));
     let lifting = |name| File::read(&load(name)).unwrap().lifting;
     assert_eq!(["torus.uwm", "sphere.uwm", "hand.uwm"].map(lifting), [13, 13, 0]);
     let rich = |name| File::read(&load(name)).unwrap().rich_models;

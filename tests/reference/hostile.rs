@@ -5,7 +5,9 @@ use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 
 use super::agree::{agree, by_reference};
-use super::container::{Atom, BASE, CORRECTION, File, KEYFRAME, Level, METADATA, ORDER, REFINEMENT, RESIDUE};
+use super::container::{
+    Atom, BASE, BIRTH, CORRECTION, File, KEYFRAME, Level, METADATA, ORDER, REFINEMENT, RESIDUE,
+};
 use super::draft::{Draft, Shape, atom};
 use super::forge;
 use super::golden::load;
@@ -18,9 +20,16 @@ fn judge(files: impl Iterator<Item = Vec<u8>>) -> (usize, usize) {
 
 #[test]
 fn a_draft_is_the_file_it_was_made_from() {
-    for name in
-        ["tetrahedron.uwm", "disc.uwm", "torus.uwm", "sphere.uwm", "exact.uwm", "order.uwm", "hand.uwm"]
-    {
+    for name in [
+        "tetrahedron.uwm",
+        "disc.uwm",
+        "torus.uwm",
+        "sphere.uwm",
+        "exact.uwm",
+        "order.uwm",
+        "births.uwm",
+        "hand.uwm",
+    ] {
         let bytes = load(name);
         assert!(Draft::of(&bytes).bytes() == bytes, "{name}");
     }
@@ -43,7 +52,7 @@ fn single_bits_of_a_small_file() {
 
 #[test]
 fn a_byte_of_a_larger_file() {
-    for name in ["torus.uwm", "sphere.uwm", "exact.uwm", "order.uwm"] {
+    for name in ["torus.uwm", "sphere.uwm", "exact.uwm", "order.uwm", "births.uwm"] {
         let (read, all) = judge(Draft::of(&load(name)).changed(0x55).step_by(3));
         assert!(read > 0 && read < all, "{name}: {read} of {all} are read");
     }
@@ -79,6 +88,49 @@ fn two_triangles_back_to_back() {
     let file = File::read(&bytes).unwrap();
     assert_eq!(by_reference(&file, 0).err().as_deref(), Some("§2.2: rule 4"));
     assert!(agree(&bytes).is_none());
+}
+
+/// Births that no mesh can have, or that are not what the level entry says.
+#[test]
+fn births_that_cannot_be() {
+    let sound = Draft::of(&load("births.uwm"));
+    assert!(agree(&sound.bytes()).is_some());
+    let k = sound.atoms.iter().position(|atom| atom.kind == BIRTH).unwrap();
+    let j = sound.atoms[k].level as usize;
+    let recounted = |vertices: i64, triangles: i64| {
+        let mut draft = sound.clone();
+        let atom = &mut draft.atoms[k];
+        atom.items = atom.items.wrapping_add_signed(vertices);
+        atom.triangles = atom.triangles.wrapping_add_signed(triangles);
+        for level in &mut draft.levels[..=j] {
+            level.vertices = level.vertices.wrapping_add_signed(vertices);
+            level.triangles = level.triangles.wrapping_add_signed(triangles);
+        }
+        draft.bytes()
+    };
+    let atom = &sound.atoms[k];
+    let (v, t) = (atom.items as i64, atom.triangles as i64);
+    assert!(File::read(&recounted(1, 0)).is_ok() || File::read(&recounted(-1, 0)).is_ok());
+    for (vertices, triangles) in
+        [(1, 0), (-1, 0), (0, 1), (0, -1), (-v, -t), (-v, 0), (0, -t), (1 << 29, 1 << 29), (1 << 31, 1 << 31)]
+    {
+        assert!(agree(&recounted(vertices, triangles)).is_none(), "{vertices} {triangles}");
+    }
+    // A payload cut anywhere else is the same; one cut short, or that of another level, is none.
+    let mut cut = sound.clone();
+    let mut head = cut.atoms[k].clone();
+    head.bytes.truncate(2);
+    (head.length, head.items, head.triangles) = (2, 0, 0);
+    cut.atoms[k].bytes.drain(..2);
+    cut.atoms[k].length -= 2;
+    let mut short = cut.clone();
+    cut.atoms.insert(k, head);
+    assert!(agree(&cut.bytes()).is_some());
+    assert!(agree(&short.bytes()).is_none());
+    let other = sound.atoms.iter().rposition(|atom| atom.kind == BIRTH).unwrap();
+    short.atoms[k].bytes = sound.atoms[other].bytes.clone();
+    short.atoms[k].length = short.atoms[k].bytes.len();
+    assert!(other == k || agree(&short.bytes()).is_none());
 }
 
 #[test]

@@ -11,16 +11,41 @@ use super::walk::{Mesh, Walk};
 
 /// The level in the payload of a base or keyframe; of this scale.
 pub fn read(payload: &[u8], level: Level, scale: Scale) -> Result<Mesh> {
+    read_payload(payload, level, scale, [0; 3])
+}
+
+/// §7.4: components that are born.
+pub fn read_birth(payload: &[u8], level: Level, scale: Scale) -> Result<Mesh> {
+    read_payload(payload, level, scale, [0, 34, 35])
+}
+
+/// §7.4: they join the mesh, behind all that it has.
+pub fn join(mesh: &mut Mesh, born: Mesh) {
+    let (vertices, components) = (mesh.component.len(), mesh.roots.len());
+    mesh.component.extend(born.component.iter().map(|i| components + i));
+    mesh.points.extend(born.points);
+    mesh.roots.extend(born.roots.iter().map(|(u, w)| (vertices + u, vertices + w)));
+    let triangles = born.third.iter().map(|(&(a, b), &c)| ((vertices + a, vertices + b), vertices + c));
+    mesh.third.extend(triangles);
+}
+
+fn read_payload(payload: &[u8], level: Level, scale: Scale, first: [usize; 3]) -> Result<Mesh> {
     let mut fields = Fields(payload);
     let boundary = fields.varint()?;
     let mut code = Code::start(fields.0);
-    let mesh = read_code(&mut code, boundary, level, scale)?;
+    let mesh = read_code(&mut code, boundary, level, scale, first)?;
     code.end()?;
     Ok(mesh)
 }
 
-/// The same from the code behind the number of boundary edges.
-pub fn read_code(code: &mut Code, boundary: u64, level: Level, scale: Scale) -> Result<Mesh> {
+/// The same from the code behind the number of boundary edges; `first` are the contexts of the first triangles' vertices.
+pub fn read_code(
+    code: &mut Code,
+    boundary: u64,
+    level: Level,
+    scale: Scale,
+    first: [usize; 3],
+) -> Result<Mesh> {
     demand(boundary <= 3 * level.triangles, "7: boundary edges")?;
     let count = level.triangles + boundary;
     demand(count < 1 << 30, "7: triangles and caps")?;
@@ -29,7 +54,7 @@ pub fn read_code(code: &mut Code, boundary: u64, level: Level, scale: Scale) -> 
     let caps = read_caps(code, &gluing, &fans, boundary)?;
     let mut mesh = open(&gluing, &fans, &caps, boundary)?;
     demand(mesh.component.len() as u64 == level.vertices, "7.1.1: number of vertices")?;
-    mesh.points = read_positions(code, &mesh, scale)?;
+    mesh.points = read_positions(code, &mesh, scale, first)?;
     Ok(mesh)
 }
 
@@ -161,13 +186,13 @@ fn check_fans(mesh: &Mesh) -> Result<()> {
 }
 
 /// §7.2: lattice points, by vertex.
-fn read_positions(code: &mut Code, mesh: &Mesh, scale: Scale) -> Result<Vec<[i64; 3]>> {
-    let mut models = vec![Number::FRESH; 34];
+fn read_positions(code: &mut Code, mesh: &Mesh, scale: Scale, first: [usize; 3]) -> Result<Vec<[i64; 3]>> {
+    let mut models = vec![Number::FRESH; 36];
     let mut cells: Vec<Option<[i64; 3]>> = vec![None; mesh.component.len()];
     let mut previous = [0; 3];
     for c in Walk::of(mesh).triangles {
         let tip = mesh.tip(c);
-        for v in [c.0, c.1, tip] {
+        for (v, of_first) in [c.0, c.1, tip].into_iter().zip(first) {
             if cells[v].is_some() {
                 continue;
             }
@@ -177,7 +202,7 @@ fn read_positions(code: &mut Code, mesh: &Mesh, scale: Scale) -> Result<Vec<[i64
                     let m = (0..3).map(|k| (a[k] - b[k]).abs()).max().unwrap_or(0);
                     ([0, 1, 2].map(|k| a[k] + b[k] - w[k]), 1 + bit_length(m))
                 }
-                _ => (previous, 0),
+                _ => (previous, of_first),
             };
             let mut cell = prediction;
             for x in &mut cell {

@@ -94,6 +94,33 @@ fn high_valences() {
     }
 }
 
+/// Spheres, sheets and loose triangles of many sizes: most of them are born late.
+#[test]
+fn components_of_many_sizes() {
+    let loose = IndexedMesh::new(vec![[0.0; 3], [1.0, 0.2, 0.1], [0.3, 1.0, 0.5]], vec![[0, 1, 2]]);
+    let parts = [shapes::bumpy_sphere(1, 5), shapes::grid(2, 2), loose.clone(), shapes::torus(4, 5), loose];
+    for count in [4, 17, 60] {
+        let mut mesh = IndexedMesh::default();
+        for k in 0..count {
+            let (part, first) = (&parts[k % parts.len()], mesh.positions.len() as u32);
+            let turn = |n: usize| (k as f64 * 0.618 + n as f64 * 0.37).fract();
+            let size = 0.5f64.powf(5.0 * turn(1));
+            let at = [2, 3, 4].map(|n| 10.0 * turn(n * (1 + k % 3)));
+            mesh.positions.extend(part.positions.iter().map(|p| [0, 1, 2].map(|i| at[i] + size * p[i])));
+            mesh.triangles.extend(part.triangles.iter().map(|t| t.map(|v| v + first)));
+        }
+        for preview in [Preview::Off, Preview::Auto, Preview::Schedule(vec![1, 2, 5])] {
+            for lifting in [0, 13] {
+                let options = Options { preview: preview.clone(), lifting, ..with_keyframes() };
+                comes_back(&mesh, &options);
+                let bytes = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+                let file = File::read(&bytes).unwrap();
+                assert!(count == 4 || file.atoms.iter().any(|atom| atom.kind == super::container::BIRTH));
+            }
+        }
+    }
+}
+
 /// Tips that the input has seven times each, used at their corners in no order.
 #[test]
 fn vertices_of_seven_instances() {

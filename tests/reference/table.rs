@@ -46,9 +46,17 @@ pub fn read_levels(table: &mut Fields, n: usize, bits: u32, step: f64) -> Result
     let (mut levels, mut atoms) = (vec![], read_run(table, BASE, base, None)?);
     levels.push(level(vertices, triangles, shift, codes, step)?);
     for j in (0..base).rev() {
-        let shape = table.varint()?;
+        let mut shape = table.varint()?;
+        let mut born = (0, 0);
+        if shape == 0 {
+            born = (table.varint()?, table.varint()?);
+            let (v, t) = born;
+            demand(v <= 1 << 30 && 1 <= t && t <= 1 << 30, "3.3: counts of a birth")?;
+            demand(v <= 3 * t && 3 * t <= v * v.saturating_sub(1), "3.6: counts of a birth")?;
+            shape = table.varint()?;
+        }
         let added = shape / 4;
-        demand(added >= 1 && shape < 1 << 32, "3.3: what a level adds")?;
+        demand((added >= 1 || born.0 > 0) && shape < 1 << 32, "3.3: what a level adds")?;
         let (mut single, mut finer) = (0, 0);
         if shape % 2 == 1 {
             single = table.varint()?;
@@ -68,8 +76,17 @@ pub fn read_levels(table: &mut Fields, n: usize, bits: u32, step: f64) -> Result
         if finer > 0 {
             atoms.extend(read_run(table, PRECISION, j, Some((vertices * finer, 0)))?);
         }
-        atoms.extend(read_run(table, REFINEMENT, j, Some((added, single)))?);
-        (vertices, triangles) = (vertices + added, triangles + 2 * added - single);
+        if added > 0 {
+            atoms.extend(read_run(table, REFINEMENT, j, Some((added, single)))?);
+        }
+        if born.0 > 0 {
+            let mut run = read_run(table, BIRTH, j, None)?;
+            if let Some(last) = run.last_mut() {
+                (last.items, last.triangles) = born;
+            }
+            atoms.extend(run);
+        }
+        (vertices, triangles) = (vertices + added + born.0, triangles + 2 * added - single + born.1);
         demand(vertices <= 1 << 30 && triangles <= 1 << 30, "3.6: counts")?;
         shift -= finer as u32;
         levels.push(level(vertices, triangles, shift, codes, step)?);

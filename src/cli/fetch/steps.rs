@@ -42,7 +42,7 @@ pub fn steps(contents: &Contents, plan: &Plan) -> Vec<Step> {
                     break;
                 }
                 (end, bytes) = (end + 1, bytes + u64::from(atom.length));
-                let complete = atom.kind == AtomKind::Refinement && atom.last;
+                let complete = contents.steps(atom.level).end == end;
                 if kind == Kind::Levels && complete && bytes >= sum {
                     break;
                 }
@@ -57,7 +57,7 @@ pub fn steps(contents: &Contents, plan: &Plan) -> Vec<Step> {
 
 fn kind(kind: AtomKind, level: u32) -> Kind {
     match kind {
-        AtomKind::Precision | AtomKind::Refinement => Kind::Levels,
+        AtomKind::Precision | AtomKind::Refinement | AtomKind::Birth => Kind::Levels,
         AtomKind::Keyframe => Kind::Other(kind, level),
         _ => Kind::Other(kind, 0),
     }
@@ -83,7 +83,7 @@ fn step(contents: &Contents, start: u32, kind: Kind, atoms: Range<usize>, bytes:
 
 fn levels(contents: &Contents, atoms: &Range<usize>) -> (String, Option<(u32, f64)>) {
     let run = contents.atoms.get(atoms.clone()).unwrap_or_default();
-    let known = || run.iter().filter(|atom| matches!(atom.kind, AtomKind::Precision | AtomKind::Refinement));
+    let known = || run.iter().filter(|atom| self::kind(atom.kind, 0) == Kind::Levels);
     let (Some(first), Some(last)) = (known().next(), known().next_back()) else {
         return (String::new(), None);
     };

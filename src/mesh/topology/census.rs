@@ -5,7 +5,7 @@ use bitvec::vec::BitVec;
 use crate::mesh::corner_table::CornerTable;
 use crate::mesh::index::Corner;
 
-/// Components, boundary and handles; simplification changes none but the number of boundary edges.
+/// Components, boundary and handles; simplification changes none but the number of boundary edges, and leaves out whole components.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Census {
     /// Connected components.

@@ -1,0 +1,421 @@
+//! Feature edges inside a mesh: where charts of an attribute meet, which removals leave standing.
+//!
+//! A chart's border is made of curves that end in corners. A vertex with two seams is removed along its curve, a–v–b becoming a–b on both
+//! sides at once; where a seam ends, where several meet, and where one meets the boundary, the vertex stays. Then no triangle ever has
+//! corners in two charts, curves are only shortened, and a vertex is of as many charts at each level that it is in.
+
+use crate::error::{Error, Result};
+use crate::mesh::topology::{VertexClass, classify};
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
+use bitvec::vec::BitVec;
+
+/// What a simplification keeps besides locked vertices and the boundary.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Features {
+    /// Borders of charts: a bit a corner number, four a triangle, set at one or both sides of a seam for the edge opposite; empty where
+    /// there are none.
+    pub seams: BitVec,
+}
+
+/// The seams of a mesh that loses its vertices.
+#[derive(Debug)]
+pub struct Seams {
+    /// By corner number, for the edge opposite; the same on both sides. Boundary edges are none.
+    of: BitVec,
+    /// Vertices inside the mesh that are on a curve. A vertex that stays stays on it.
+    curved: BitVec,
+    /// Vertices where feature edges end or several of them meet.
+    corners: BitVec,
+}
+
+impl Seams {
+    /// Those of a mesh; `None` where it has none.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] where there are bits, but not four a triangle.
+    pub fn new(table: &CornerTable, features: Features) -> Result<Option<Self>> {
+        let mut of = features.seams;
+        if of.not_any() {
+            return Ok(None);
+        }
+        if of.len() != 4 * table.slots() {
+            return Err(Error::Parameter(format!("{} seams for {} triangles", of.len(), table.slots())));
+        }
+        for c in table.triangles().flat_map(|t| t.corners()) {
+            let o = table.opposite(c);
+            let is_seam = o.is_some() && (of[c.index()] || of[o.index()]);
+            of.set(c.index(), is_seam);
+        }
+        let classes = classify(table, &of);
+        let corners = classes.iter().map(|&class| class == VertexClass::Corner).collect();
+        let on_curve = |(v, class)| class == VertexClass::Curve && !table.is_boundary(Vertex(v));
+        let curved = (0..).zip(classes).map(on_curve).collect();
+        Ok(Some(Self { of, curved, corners }))
+    }
+
+    /// The vertices that must stay for them.
+    pub fn corners(&self) -> &BitVec {
+        &self.corners
+    }
+
+    /// Whether the edge opposite to a corner is a seam.
+    #[inline]
+    pub fn is_seam(&self, c: Corner) -> bool {
+        self.of[c.index()]
+    }
+
+    /// The places on the link of `v`, a vertex inside the mesh, that its curve comes from and leads to; `None` where it is on none.
+    #[inline]
+    pub fn curve(&self, table: &CornerTable, v: Vertex) -> Option<(usize, usize)> {
+        if !self.curved[v.index()] {
+            return None;
+        }
+        let spokes = table.fan(v).enumerate().filter(|(_, c)| self.is_seam(c.prev()));
+        let mut places = spokes.map(|(place, _)| place);
+        let curve = places.next().zip(places.next());
+        debug_assert!(curve.is_some() && places.next().is_none(), "a curve goes on on both sides");
+        curve
+    }
+
+    /// The triangles that are left, in order, are now numbered as in this list.
+    pub fn compact(&mut self, there: &[Triangle]) {
+        for (k, t) in there.iter().enumerate() {
+            for place in 0..4 {
+                let is_seam = self.of[4 * t.index() + place];
+                self.of.set(4 * k + place, is_seam);
+            }
+        }
+        self.of.truncate(4 * there.len());
+    }
+
+    /// Some triangles are new, in place of a star; between them only the edge between the ends of `curve` is a seam.
+    pub fn renew(&mut self, table: &CornerTable, triangles: &[Triangle], curve: Option<[Vertex; 2]>) {
+        for c in triangles.iter().flat_map(|t| t.corners()) {
+            let o = table.opposite(c);
+            let is_seam = if o.is_none() {
+                false
+            } else if triangles.contains(&o.triangle()) {
+                let (a, b) = table.edge(c);
+                curve.is_some_and(|ends| ends == [a, b] || ends == [b, a])
+            } else {
+                self.is_seam(o)
+            };
+            self.of.set(c.index(), is_seam);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::{Method, Options, Simplified, simplify};
+    use super::*;
+    use crate::mesh::random::SplitMix64;
+    use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
+    use crate::refine::Site;
+    use std::collections::{BTreeMap, BTreeSet};
+
+    fn table(mesh: &IndexedMesh) -> CornerTable {
+        CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap()
+    }
+
+    fn bits(table: &CornerTable, is_seam: impl Fn(Corner) -> bool) -> BitVec {
+        let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
+        for c in table.triangles().flat_map(|t| t.corners()) {
+            seams.set(c.index(), table.opposite(c).is_some() && is_seam(c));
+        }
+        seams
+    }
+
+    /// Where the nearest of some random vertices changes from triangle to triangle; only on the side of the smaller corner, as an input
+    /// may say it.
+    fn cells(mesh: &IndexedMesh, table: &CornerTable, count: u32, seed: u64) -> BitVec {
+        let mut random = SplitMix64::new(seed);
+        let sites: Vec<_> = (0..count).map(|_| random.below(mesh.positions.len() as u32) as usize).collect();
+        let cell = |t: Triangle| {
+            let p = mesh.positions[table.triangle(t)[0].index()];
+            let apart = |&s: &usize| (0..3).map(|k| (p[k] - mesh.positions[s][k]).powi(2)).sum::<f64>();
+            sites.iter().enumerate().min_by(|x, y| apart(x.1).total_cmp(&apart(y.1))).map(|x| x.0)
+        };
+        bits(table, |c| c < table.opposite(c) && cell(c.triangle()) != cell(table.opposite(c).triangle()))
+    }
+
+    /// One edge in so many, wherever it is.
+    fn scattered(table: &CornerTable, one_in: u32, seed: u64) -> BitVec {
+        bits(table, |c| {
+            let edge = c.0.min(table.opposite(c).0);
+            SplitMix64::new(seed ^ u64::from(edge) << 20).below(one_in) == 0
+        })
+    }
+
+    fn run(mesh: &IndexedMesh, seams: &BitVec, options: &Options) -> (CornerTable, Simplified) {
+        let table = table(mesh);
+        let (min, max) = lattice::bounds(mesh.positions.iter().copied()).unwrap();
+        let lattice = Lattice::over(min, max, 14);
+        let locked = BitVec::repeat(false, mesh.positions.len());
+        let features = Features { seams: seams.clone() };
+        let done =
+            simplify(table.clone(), &mesh.positions, locked, features, &lattice, options, &mut |_, _| true);
+        (table, done.unwrap())
+    }
+
+    /// Edges as pairs of vertices, smaller first.
+    fn edge(a: Vertex, b: Vertex) -> (Vertex, Vertex) {
+        (a.min(b), a.max(b))
+    }
+
+    fn edges(table: &CornerTable, seams: &BitVec) -> BTreeSet<(Vertex, Vertex)> {
+        let corners = table.triangles().flat_map(|t| t.corners());
+        corners.filter(|c| seams[c.index()]).map(|c| table.edge(c)).map(|(a, b)| edge(a, b)).collect()
+    }
+
+    /// The charts as they are told by edges alone: of each directed seam or boundary edge the chart on its left. Panics where a chart's
+    /// triangles do not agree.
+    fn charts(table: &CornerTable, seams: &BTreeSet<(Vertex, Vertex)>) -> (Vec<usize>, usize) {
+        let mut of = vec![usize::MAX; table.slots()];
+        let mut count = 0;
+        for first in table.triangles() {
+            if of[first.index()] != usize::MAX {
+                continue;
+            }
+            let mut open = vec![first];
+            while let Some(t) = open.pop() {
+                of[t.index()] = count;
+                for c in t.corners() {
+                    let (a, b) = table.edge(c);
+                    let o = table.opposite(c);
+                    if o.is_some() && !seams.contains(&edge(a, b)) && of[o.triangle().index()] == usize::MAX {
+                        of[o.triangle().index()] = count;
+                        open.push(o.triangle());
+                    }
+                }
+            }
+            count += 1;
+        }
+        (of, count)
+    }
+
+    /// Takes the history back vertex by vertex, seams as pairs of vertices beside it, and checks all that is promised. Returns how
+    /// many vertices have gone from curves.
+    fn check(seams: &BitVec, table: &CornerTable, done: &Simplified) -> usize {
+        let mut mesh = table.clone();
+        let mut edges = edges(table, seams);
+        let (of, count) = charts(table, &edges);
+        // By directed feature edge the chart on its left.
+        let mut left: BTreeMap<_, _> = table
+            .triangles()
+            .flat_map(|t| t.corners())
+            .map(|c| (table.edge(c), c))
+            .filter(|&((a, b), c)| table.opposite(c).is_none() || edges.contains(&edge(a, b)))
+            .map(|(directed, c)| (directed, of[c.triangle().index()]))
+            .collect();
+        let mut slid = 0;
+        for j in 0..done.history.level_count() {
+            for operation in done.history.level(j) {
+                let v = operation.vertex;
+                let at: Vec<_> = mesh.link(v).into_iter().filter(|&w| edges.contains(&edge(v, w))).collect();
+                let boundary = mesh.is_boundary(v);
+                let link = mesh.link(v);
+                let ends = match at[..] {
+                    [] if boundary => Some((link[0], link[link.len() - 1])),
+                    [] => None,
+                    [a, b] if !boundary => Some((a, b)),
+                    _ => panic!("{v:?} has {} seams, boundary: {boundary}", at.len()),
+                };
+                operation.undo(&mut mesh, done.history.flips(operation)).unwrap();
+                if let Some((a, b)) = ends {
+                    for (a, b) in [(a, b), (b, a)] {
+                        let halves = [left.remove(&(a, v)), left.remove(&(v, b))];
+                        assert_eq!(halves[0], halves[1], "the same chart on both halves");
+                        halves[0].and_then(|chart| left.insert((a, b), chart));
+                    }
+                }
+                if let [a, b] = at[..] {
+                    slid += 1;
+                    assert!(edges.remove(&edge(a, v)) && edges.remove(&edge(v, b)));
+                    assert!(edges.insert(edge(a, b)), "two curves become one at {a:?} {b:?}");
+                    assert!(mesh.has_edge(a, b));
+                    // So that both sides' wedges come to be on one edge.
+                    assert!(
+                        matches!(operation.site, Site::Edge(x, y) if edge(x, y) == edge(a, b)),
+                        "{:?} splits no seam",
+                        operation.site
+                    );
+                }
+            }
+            assert_eq!(mesh.check(), Ok(()));
+            // All of a chart's borders, and no others, are round the same triangles.
+            let (of, now) = charts(&mesh, &edges);
+            assert_eq!(now, count, "level {j}");
+            let mut chart_of = vec![None; count];
+            let mut seen = 0;
+            for c in mesh.triangles().flat_map(|t| t.corners()) {
+                let (a, b) = mesh.edge(c);
+                if mesh.opposite(c).is_none() || edges.contains(&edge(a, b)) {
+                    let chart = left[&(a, b)];
+                    assert_eq!(*chart_of[of[c.triangle().index()]].get_or_insert(chart), chart, "level {j}");
+                    seen += 1;
+                }
+            }
+            assert_eq!(seen, left.len(), "every border is an edge at level {j}");
+        }
+        assert_eq!(mesh, done.base);
+        for j in (0..done.history.level_count()).rev() {
+            done.history.apply_level(&mut mesh, j).unwrap();
+        }
+        assert_eq!(mesh.triangle_count(), table.triangle_count());
+        slid
+    }
+
+    /// All profiles, both methods, down to where nothing goes any more.
+    fn settings() -> impl Iterator<Item = Options> {
+        let profiles = [Options::default(), Options::small(), Options::fine()];
+        let both = |options: Options| {
+            [Method::Stellar, Method::Ffc].map(|method| Options {
+                method,
+                base_vertices: Some(0),
+                ..options.clone()
+            })
+        };
+        profiles.into_iter().flat_map(both)
+    }
+
+    #[test]
+    fn charts_stay_whole_at_every_level() {
+        let meshes = [
+            shapes::torus(24, 36),
+            shapes::bumpy_sphere(4, 3),
+            shapes::annulus(200),
+            shapes::grid(20, 30),
+            shapes::handle_body(3),
+            shapes::torus_with_hole(20, 12),
+            shapes::two_components(),
+        ];
+        let mut slid = 0;
+        for (k, mesh) in (0..).zip(&meshes) {
+            let table = table(mesh);
+            for options in settings() {
+                for count in [2, 7] {
+                    let seams = cells(mesh, &table, count, 10 * k + u64::from(count));
+                    let (table, done) = run(mesh, &seams, &options);
+                    slid += check(&seams, &table, &done);
+                }
+                for one_in in [3, 30] {
+                    let seams = scattered(&table, one_in, k);
+                    let (table, done) = run(mesh, &seams, &options);
+                    slid += check(&seams, &table, &done);
+                }
+            }
+        }
+        assert!(slid > 1000, "{slid} vertices have gone from curves");
+    }
+
+    /// The base of a mesh, no vertex of which need stay for its number.
+    fn base(mesh: &IndexedMesh, seams: &BitVec) -> CornerTable {
+        run(mesh, seams, &Options { base_vertices: Some(0), ..Options::default() }).1.base
+    }
+
+    /// Where every edge is a seam, every triangle is a chart, and the base is the mesh.
+    #[test]
+    fn where_every_edge_is_a_seam_all_stays() {
+        // Vertices of all kinds: of three triangles, of two at the boundary, and of one, an ear.
+        for mesh in [shapes::tetrahedron(), shapes::strip(9), shapes::disc_with_ears(), shapes::torus(8, 6)] {
+            let seams = bits(&table(&mesh), |_| true);
+            for options in settings() {
+                let (table, done) = run(&mesh, &seams, &options);
+                assert_eq!(done.base, table);
+            }
+        }
+    }
+
+    /// The equator of a sphere is a loop without a corner: three of its vertices stay, and a triangle on either side.
+    #[test]
+    fn a_closed_curve_keeps_three_vertices() {
+        let mesh = shapes::sphere(3);
+        let table = table(&mesh);
+        let north =
+            |t: Triangle| table.triangle(t).iter().map(|v| mesh.positions[v.index()][2]).sum::<f64>() > 0.0;
+        let seams = bits(&table, |c| north(c.triangle()) != north(table.opposite(c).triangle()));
+        assert!(seams.count_ones() > 60);
+        let (table, done) = run(&mesh, &seams, &Options { base_vertices: Some(0), ..Options::default() });
+        let on_curve = seams.count_ones() / 2;
+        let gone = check(&seams, &table, &done);
+        assert!(gone <= on_curve - 3 && gone >= on_curve - 6, "{gone} of {on_curve}");
+    }
+
+    /// A seam along the middle of a sheet ends inside it, or at its boundary: its ends stay, and what is between goes.
+    #[test]
+    fn ends_stay_wherever_they_are() {
+        let mesh = shapes::grid(16, 8);
+        let table = table(&mesh);
+        let middle = |i: u32| Vertex(4 * 17 + i);
+        for (from, to) in [(0, 16), (0, 10), (5, 10)] {
+            let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
+            (from..to).for_each(|i| seams.set(table.find_edge(middle(i), middle(i + 1)).index(), true));
+            let base = base(&mesh, &seams);
+            assert!(base.has_edge(middle(from), middle(to)), "{from} to {to}");
+        }
+    }
+
+    /// A corner of a sheet has one triangle, behind a seam: without the seam it goes.
+    #[test]
+    fn an_ear_behind_a_seam_stays() {
+        let mesh = shapes::grid(6, 6);
+        let table = table(&mesh);
+        let ear = (0..49).map(Vertex).find(|&v| table.valence(v) == 2).unwrap();
+        assert!(base(&mesh, &BitVec::new()).corner_of(ear).is_none());
+        let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
+        seams.set(table.corner_of(ear).index(), true);
+        assert!(base(&mesh, &seams).corner_of(ear).is_some());
+    }
+
+    /// On a plane everything goes for nothing but a seam's bends: it stays as near as the bends that are left allow.
+    #[test]
+    fn a_curve_stays_where_it_is() {
+        // A square of two charts, whose border is a circle.
+        let mut mesh = shapes::grid(40, 40);
+        mesh.positions.iter_mut().for_each(|p| p[2] = 0.0);
+        let table = table(&mesh);
+        let inside = |t: Triangle| {
+            let sum = table.triangle(t).map(|v| mesh.positions[v.index()]);
+            let middle = [0, 1].map(|k| sum.iter().map(|p| p[k]).sum::<f64>() / 3.0 - 20.0);
+            middle[0].hypot(middle[1]) < 14.0
+        };
+        let seams = bits(&table, |c| inside(c.triangle()) != inside(table.opposite(c).triangle()));
+        let area = |table: &CornerTable, seams: &BTreeSet<_>| {
+            let (of, count) = charts(table, seams);
+            assert_eq!(count, 2);
+            let mut areas = [0.0; 2];
+            for t in table.triangles() {
+                let [a, b, c] = table.triangle(t).map(|v| mesh.positions[v.index()]);
+                areas[of[t.index()]] += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
+            }
+            areas[0].min(areas[1])
+        };
+        let before = edges(&table, &seams);
+        let (table, done) = run(&mesh, &seams, &Options { base_vertices: Some(80), ..Options::default() });
+        let mut after = before.clone();
+        let mut level = table.clone();
+        for operation in done.history.operations() {
+            let v = operation.vertex;
+            let at: Vec<_> = level.link(v).into_iter().filter(|&w| after.contains(&edge(v, w))).collect();
+            if let [a, b] = at[..] {
+                after.retain(|&(x, y)| x != v && y != v);
+                after.insert(edge(a, b));
+            }
+            operation.undo(&mut level, done.history.flips(operation)).unwrap();
+        }
+        let (before_area, after_area) = (area(&table, &before), area(&level, &after));
+        assert!((after_area / before_area - 1.0).abs() < 0.02, "{after_area} for {before_area}");
+    }
+
+    #[test]
+    fn seams_are_those_of_the_table() {
+        let mesh = shapes::torus(5, 4);
+        let table = table(&mesh);
+        let of = |seams| Seams::new(&table, Features { seams });
+        assert!(of(BitVec::new()).unwrap().is_none());
+        assert!(of(BitVec::repeat(false, 4 * table.slots())).unwrap().is_none());
+        assert!(of(BitVec::repeat(true, 4 * table.slots())).unwrap().is_some());
+        assert!(matches!(of(BitVec::repeat(true, 3 * table.slots())), Err(Error::Parameter(_))));
+    }
+}

@@ -76,15 +76,18 @@ impl Corners {
                 None => (0..entry.components).for_each(|_| values.push_bits(nothing(entry.semantic))),
             }
         }
-        match values {
-            Values::U8(list) => self.values.extend(list),
-            Values::I8(list) => self.values.extend(list.into_iter().flat_map(i8::to_le_bytes)),
-            Values::U16(list) => self.values.extend(list.into_iter().flat_map(u16::to_le_bytes)),
-            Values::I16(list) => self.values.extend(list.into_iter().flat_map(i16::to_le_bytes)),
-            Values::U32(list) => self.values.extend(list.into_iter().flat_map(u32::to_le_bytes)),
-            Values::I32(list) => self.values.extend(list.into_iter().flat_map(i32::to_le_bytes)),
-            Values::F32(list) => self.values.extend(list.into_iter().flat_map(f32::to_le_bytes)),
-            Values::F64(list) => self.values.extend(list.into_iter().flat_map(|x| (x as f32).to_le_bytes())),
+        let width = match entry.stored {
+            Stored::U8 | Stored::I8 => 1,
+            Stored::U16 | Stored::I16 => 2,
+            Stored::U32 | Stored::I32 | Stored::F32 | Stored::F64 => 4,
+        };
+        self.values.reserve_exact((width * values.len()).next_multiple_of(4));
+        for at in 0..values.len() {
+            let bits = match entry.stored {
+                Stored::F64 => (values.number(at) as f32).to_bits().into(),
+                _ => values.bits(at),
+            };
+            self.values.extend_from_slice(&bits.to_le_bytes()[..width]);
         }
         self.values.resize(self.values.len().next_multiple_of(4), 0);
     }

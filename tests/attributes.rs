@@ -24,9 +24,11 @@ fn corners(mesh: &IndexedMesh) -> Vec<[CornerBits; 3]> {
     let mut triangles: Vec<[CornerBits; 3]> = (0..mesh.triangles.len())
         .map(|t| {
             let mut corners = [0, 1, 2].map(|k| corner(mesh, t, k));
-            let least = (0..3).min_by_key(|&k| &corners[k]).unwrap();
-            corners.rotate_left(least);
-            corners
+            let turns = [0, 1, 2].map(|_| {
+                corners.rotate_left(1);
+                corners.clone()
+            });
+            turns.into_iter().min().unwrap()
         })
         .collect();
     triangles.sort();

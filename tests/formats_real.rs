@@ -168,7 +168,14 @@ fn what_is_kept_and_what_is_lost_is_said() {
             "part 1 1",
             &["facet normals other than the triangles' (1752)"],
         ),
-        ("cad_plate_holes.stl", Format::Stl, 0, Coordinates::Float32, "", &[]),
+        (
+            "cad_plate_holes.stl",
+            Format::Stl,
+            0,
+            Coordinates::Float32,
+            "",
+            &["facet normals other than the triangles' (868)"],
+        ),
         ("colour_swirl_gradient.off.gz", Format::Off, 0, Coordinates::Text, "color 3 9216", &[]),
         (
             "nasty/polygons_odd.obj",

@@ -5,7 +5,7 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::sync::Arc;
 use unweld::codec::residue::ResidueCounts;
-use unweld::container::{Coding, Contents, Metadata, VERSION};
+use unweld::container::{AttributeEntry, Coding, Contents, Metadata, VERSION};
 
 /// A file as its header, table of contents, metadata and residue tell of it.
 pub struct Description {
@@ -77,6 +77,19 @@ impl Description {
                 "stitched_groups": self.residue.groups,
                 "reversed_triangles": self.residue.reversed_triangles,
                 "extra_vertices": self.residue.extra_vertices,
+            },
+            "attributes": {
+                "bytes": self.bytes_of(self.contents.attribute_atoms()),
+                "list": self.contents.attributes.iter().map(|attribute| json!({
+                    "title": attribute.title(),
+                    "semantic": attribute.semantic.name(),
+                    "set": attribute.set,
+                    "domain": attribute.domain.name(),
+                    "components": attribute.components,
+                    "stored": attribute.stored.name(),
+                    "bits": attribute.bits(),
+                    "rms_error": attribute.error,
+                })).collect::<Vec<_>>(),
             },
             "correction": { "bytes": self.bytes_of(self.contents.correction()) },
             "order": { "bytes": self.bytes_of(self.contents.order()) },
@@ -203,6 +216,10 @@ impl Description {
                 &format!("level 0 has the input's coordinates{real} ({})", told(self.contents.correction())),
             );
         }
+        if !self.contents.attributes.is_empty() {
+            let titles: Vec<_> = self.contents.attributes.iter().map(attribute_text).collect();
+            line("attributes", &format!("{} ({})", titles.join(", "), told(self.contents.attribute_atoms())));
+        }
         if self.keeps_order() {
             line(
                 "order",
@@ -247,6 +264,16 @@ impl Description {
             LevelLine { number, offset: bytes.start, bytes: bytes.end - bytes.start }
         })
     }
+}
+
+/// An attribute, its numbers a value, and their bits.
+fn attribute_text(attribute: &AttributeEntry) -> String {
+    let stored = attribute.stored.name();
+    let numbers = match attribute.bits() {
+        Some(bits) => format!("{bits} bits"),
+        None => stored.to_owned(),
+    };
+    format!("{} of {} x {numbers}", attribute.title(), attribute.components)
 }
 
 /// The set of models of decisions, as the specification calls it (spec §3.2).

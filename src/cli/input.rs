@@ -102,6 +102,7 @@ impl Mesh {
         let contents = &uwm.contents;
         let parts = [
             ("the residue", contents.residue()),
+            ("attributes", contents.attribute_atoms()),
             ("exact coordinates", contents.correction()),
             ("the order of the input", contents.order()),
         ];

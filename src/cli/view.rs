@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 use unweld::decoder::{Event, Until};
-use unweld::mesh::IndexedMesh;
+use unweld::mesh::{Attribute, IndexedMesh};
 use unweld::render::{Picture, SOFTWARE, Up, View, render_with, write_png};
 
 /// Draw a mesh, or levels of a .uwm file side by side, as a PNG picture
@@ -295,7 +295,10 @@ fn meshes(args: &Args, progress: &mut Progress) -> anyhow::Result<Meshes> {
     if !args.level.is_empty() {
         return Err(input::without_levels(&args.input).into());
     }
-    Ok((BTreeMap::from([(None, source.mesh)]), source.dropped))
+    // Only the surface is drawn.
+    let attributes = source.mesh.attributes.iter().map(Attribute::title);
+    let dropped = source.dropped.into_iter().chain(attributes).collect();
+    Ok((BTreeMap::from([(None, source.mesh)]), dropped))
 }
 
 /// `1200x800`.

@@ -304,7 +304,7 @@ mod tests {
     use super::*;
     use crate::error::{Error, InputError, Place};
     use crate::formats::text::number;
-    use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
+    use crate::mesh::attributes::{Domain, NO_VALUE, Semantic, Values};
 
     const SQUARE: &str = "0 0 0\n1 0 0\n1 1 0\n0 1 0.1\n";
     const POSITIONS: [[f64; 3]; 4] = [[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.1]];
@@ -362,50 +362,6 @@ mod tests {
         for no in ["", "OFFS", "4 1 4", "NCOFF", "offset", "v 1 2 3", "OFF-1", "solid", "#OFF"] {
             assert!(!is_off(no.as_bytes()), "{no}");
         }
-    }
-
-    #[test]
-    fn what_a_vertex_has_beside_its_position() {
-        let file = |keyword: &str, beside: &str| {
-            format!("{keyword}\n4 1 0\n{}4 0 1 2 3\n", SQUARE.replace('\n', &format!(" {beside}\n")))
-        };
-        let (normal, color, uv) = (Semantic::Normal, Semantic::Color, Semantic::TexCoord);
-        let odd = Some("further numbers of vertices (4)");
-        for (keyword, beside, expected, dropped) in [
-            ("COFF", "255 0 0 255", &[(color, &[255.0, 0.0, 0.0, 255.0][..])][..], None),
-            ("COFF", "1 0 0", &[(color, &[1.0, 0.0, 0.0])], None),
-            ("COFF", "", &[], None),
-            ("COFF", "7", &[], odd),
-            ("NOFF", "0 0 1", &[(normal, &[0.0, 0.0, 1.0])], None),
-            ("NOFF", "0 0 1 1 0 0", &[], odd),
-            ("STOFF", "0.5 0.25", &[(uv, &[0.5, 0.25])], None),
-            (
-                "STCNOFF",
-                "0 0 1 .1 .2 .3 1 7 8",
-                &[(normal, &[0.0, 0.0, 1.0]), (uv, &[7.0, 8.0]), (color, &[0.1, 0.2, 0.3, 1.0])],
-                None,
-            ),
-            ("STCNOFF", "0 0 1 .1 .2 .3 7 8 9 10", &[], odd),
-            ("OFF", ".1 .2 .3", &[(color, &[0.1, 0.2, 0.3])], None),
-            ("OFF", "7", &[], odd),
-            ("OFF", "1 2 x", &[], odd),
-        ] {
-            let s = square(file(keyword, beside));
-            let near = |a: &Attribute, number: usize, x: f64| (a.values.number(number) - x).abs() < 1e-7;
-            assert_eq!(s.mesh.attributes.len(), expected.len(), "{keyword} {beside}");
-            for (a, (semantic, numbers)) in s.mesh.attributes.iter().zip(expected) {
-                assert_eq!((a.semantic, a.components, a.count()), (*semantic, numbers.len(), 4));
-                assert!(numbers.iter().enumerate().all(|(k, &x)| near(a, 3 * numbers.len() + k, x)), "{a:?}");
-                assert_eq!(
-                    (a.normalised, &a.corners[..]),
-                    (numbers.contains(&255.0), &[0, 1, 2, 0, 2, 3][..])
-                );
-            }
-            assert_eq!(s.dropped.first().map(String::as_str), dropped, "{keyword} {beside}");
-        }
-        // Some vertices have none.
-        let s = square(file("COFF", "").replace("1 1 0 ", "1 1 0 1 .5 0"));
-        assert_eq!(s.mesh.attributes[0].corners, [NO_VALUE, NO_VALUE, 0, NO_VALUE, 0, NO_VALUE]);
     }
 
     #[test]

@@ -18,7 +18,9 @@ pub fn fuzz_formats(data: &[u8]) {
         match (read(false), read(true)) {
             (Ok(source), forced) => {
                 check(&source);
-                assert_eq!(forced.expect("force refuses nothing"), source);
+                // Two numbers that are none are the same by their text.
+                let (forced, plain) = (forced.expect("force refuses nothing"), &source);
+                assert!(forced == *plain || format!("{forced:?}") == format!("{plain:?}"));
             }
             (Err(Error::Input(_) | Error::Limit { .. }), Ok(forced)) => check(&forced),
             (Err(Error::Input(_) | Error::Limit { .. }), Err(_)) => {}

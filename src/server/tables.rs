@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::container::Contents;
+use crate::container::{AttributeEntry, Contents};
 use crate::store::Version;
 
 /// What a client wants to know of a version before it asks for atoms (spec §12.3).
@@ -18,11 +18,26 @@ pub struct Table {
     far_corner: [f64; 3],
     bits: u32,
     atoms: usize,
+    attributes: Vec<Attribute>,
     residue_bytes: u64,
+    attribute_bytes: u64,
     correction_bytes: u64,
     order_bytes: u64,
     metadata_bytes: u64,
     levels: Vec<Row>,
+}
+
+/// An attribute as the table tells of it.
+#[derive(Debug, Serialize)]
+struct Attribute {
+    title: String,
+    semantic: &'static str,
+    set: u32,
+    domain: &'static str,
+    components: usize,
+    stored: &'static str,
+    bits: Option<u32>,
+    rms_error: f64,
 }
 
 #[derive(Debug, Serialize)]
@@ -70,11 +85,28 @@ impl Table {
             far_corner: header.far_corner(),
             bits: header.lattice.bits,
             atoms: contents.atoms.len(),
+            attributes: contents.attributes.iter().map(Attribute::new).collect(),
             residue_bytes: length(contents.residue()),
+            attribute_bytes: length(contents.attribute_atoms()),
             correction_bytes: length(contents.correction()),
             order_bytes: length(contents.order()),
             metadata_bytes: length(contents.metadata()),
             levels: (0..header.level_count).rev().filter_map(|j| Row::new(contents, j)).collect(),
+        }
+    }
+}
+
+impl Attribute {
+    fn new(attribute: &AttributeEntry) -> Self {
+        Self {
+            title: attribute.title(),
+            semantic: attribute.semantic.name(),
+            set: attribute.set,
+            domain: attribute.domain.name(),
+            components: attribute.components,
+            stored: attribute.stored.name(),
+            bits: attribute.bits(),
+            rms_error: attribute.error,
         }
     }
 }

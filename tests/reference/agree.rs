@@ -140,7 +140,11 @@ fn plan(contents: &Contents, start: u32) -> Plan {
     let keyframe = part(&|kind, level| kind == AtomKind::Keyframe && level == start);
     let onwards = part(&|kind, level| match kind {
         AtomKind::Precision | AtomKind::Refinement | AtomKind::Birth => level < start,
-        AtomKind::Residue | AtomKind::Correction | AtomKind::Order | AtomKind::Metadata => true,
+        AtomKind::Residue
+        | AtomKind::Attributes
+        | AtomKind::Correction
+        | AtomKind::Order
+        | AtomKind::Metadata => true,
         _ => false,
     });
     let parts: Vec<_> = keyframe.into_iter().chain(onwards).collect();

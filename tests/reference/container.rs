@@ -1,5 +1,6 @@
 //! Chapter 3: from bytes to atoms.
 
+use super::attribute::{Attribute, read_attributes};
 use super::lifting::Scale;
 use super::table;
 
@@ -24,6 +25,7 @@ pub const METADATA: u8 = 4;
 pub const KEYFRAME: u8 = 5;
 pub const CORRECTION: u8 = 6;
 pub const ORDER: u8 = 7;
+pub const ATTRIBUTES: u8 = 8;
 
 /// A file, cut into atoms.
 pub struct File {
@@ -34,6 +36,7 @@ pub struct File {
     /// f of §5.4.5.
     pub lifting: u8,
     pub rich_models: bool,
+    pub attributes: Vec<Attribute>,
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
     pub atoms: Vec<Atom>,
@@ -68,7 +71,8 @@ impl File {
         demand(lifting <= 32, "3.2: lifting")?;
         let models = fields.u8()?;
         demand(models <= 1, "3.2: set of models")?;
-        demand(fields.u8()? == 0, "3.2: reserved")?;
+        let attributes = fields.u8()?;
+        demand(attributes <= 64, "3.2: number of attributes")?;
         let length = fields.u24()? as usize;
         let table = fields.take(length)?;
         demand(table.len() >= 4, "3.3: table too short")?;
@@ -76,17 +80,21 @@ impl File {
         demand(sum == crc32c(&bytes[..16 + table.len()]).to_le_bytes(), "3.4: checksum of the table")?;
         let mut table = Fields(table);
         let (origin, step, bits, maximum) = table::read_lattice(&mut table)?;
+        let attributes = read_attributes(&mut table, attributes.into())?;
         let n = table.varint()?;
         demand((1..=4096).contains(&n), "3.3: number of levels")?;
         let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step)?;
         table::read_payloads(&mut table, n - 1, &mut atoms)?;
+        let valued = atoms.iter().any(|atom| atom.kind == ATTRIBUTES);
+        demand(valued != attributes.is_empty(), "3.3: attributes and their values")?;
         demand(atoms.len() <= 1 << 20, "3.6: number of atoms")?;
         for atom in &mut atoms {
             atom.bytes = fields.take(atom.length)?.to_vec();
             demand(checksum(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
-        Ok(Self { origin, step, bits, maximum, lifting, rich_models: models == 1, levels, atoms })
+        let rich_models = models == 1;
+        Ok(Self { origin, step, bits, maximum, lifting, rich_models, attributes, levels, atoms })
     }
 
     /// Of a level.

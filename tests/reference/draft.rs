@@ -11,6 +11,8 @@ pub struct Draft {
     pub step: f64,
     pub bits: u8,
     pub maximum: [u64; 3],
+    /// The entries of attributes, as bytes.
+    pub attributes: Vec<u8>,
     /// The levels by number.
     pub levels: Vec<Shape>,
     pub atoms: Vec<Atom>,
@@ -45,6 +47,7 @@ impl Draft {
             step: file.step,
             bits: file.bits as u8,
             maximum: file.maximum,
+            attributes: file.attributes.into_iter().flat_map(|attribute| attribute.bytes).collect(),
             levels: file.levels.iter().map(shape).collect(),
             atoms: file.atoms,
         }
@@ -65,6 +68,7 @@ impl Draft {
         for maximum in self.maximum {
             varint(&mut table, (1u64 << self.bits).wrapping_sub(1 + maximum));
         }
+        table.extend(&self.attributes);
         varint(&mut table, self.levels.len() as u64);
         for (j, level) in self.levels.iter().enumerate().rev() {
             match self.levels.get(j + 1) {

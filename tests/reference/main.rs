@@ -27,6 +27,7 @@ mod vector;
 mod walk;
 
 mod agree;
+mod attribute;
 mod by_hand;
 mod draft;
 mod examples;

@@ -22,6 +22,18 @@ pub fn check(payload: &[u8]) -> Result<()> {
     let diagonal = if told == 1 { fields.f64()? } else { 0.0 };
     demand(diagonal.is_finite() && diagonal >= 0.0, "3.5: diagonal")?;
     demand(fields.u8()? <= 1, "3.5: binary32")?;
+    if fields.0.is_empty() {
+        return Ok(());
+    }
+    let mut strings = 0;
+    for _ in 0..2 {
+        let count = uint(&mut fields)?;
+        strings += u128::from(count);
+        for _ in 0..count {
+            string(&mut fields)?;
+        }
+    }
+    demand(strings > 0, "3.5: two empty lists at the end")?;
     demand(fields.0.is_empty(), "3.5: trailing bytes")
 }
 
@@ -52,5 +64,9 @@ fn the_example_of_the_chapter() {
     for length in 0..bytes.len() {
         assert!(check(&bytes[..length]).is_err());
     }
-    assert!(check(&[&bytes[..], &[0]].concat()).is_err());
+    let with = |more: &[u8]| check(&[&bytes[..], more].concat());
+    with(b"\x02\x01p\x00\x01\x01m").unwrap();
+    for bad in [&b"\x00"[..], b"\x00\x00", b"\x01\x01p", b"\x01\x00\x00\x07"] {
+        assert!(with(bad).is_err());
+    }
 }

@@ -147,12 +147,13 @@ pub fn read_payloads(table: &mut Fields, base: u64, atoms: &mut Vec<Atom>) -> Re
         // The place in the list of §3.3, then the level from coarse to fine.
         let place = match kind {
             RESIDUE => (1, 0),
-            CORRECTION => (2, 0),
-            ORDER => (3, 0),
-            METADATA => (4, 0),
+            ATTRIBUTES => (2, 0),
+            CORRECTION => (3, 0),
+            ORDER => (4, 0),
+            METADATA => (5, 0),
             KEYFRAME => {
                 demand(level < base, "3.3: level of a keyframe")?;
-                (5, base - level)
+                (6, base - level)
             }
             128.. => last,
             _ => return refuse("3.3: an atom of a kind that must be known"),

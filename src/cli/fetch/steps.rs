@@ -73,6 +73,7 @@ fn step(contents: &Contents, start: u32, kind: Kind, atoms: Range<usize>, bytes:
             (format!("keyframe of level {j}"), of_level(j).filter(|_| j == start))
         }
         Kind::Other(AtomKind::Residue, _) => ("residue".to_owned(), None),
+        Kind::Other(AtomKind::Attributes, _) => ("attributes".to_owned(), None),
         Kind::Other(AtomKind::Correction, _) => ("exact coordinates".to_owned(), None),
         Kind::Other(AtomKind::Order, _) => ("order".to_owned(), None),
         Kind::Other(AtomKind::Metadata, _) => ("metadata".to_owned(), None),

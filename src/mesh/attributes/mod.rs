@@ -79,6 +79,16 @@ pub enum Domain {
     Triangle,
 }
 
+impl Domain {
+    /// What it is called in reports.
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::Corner => "corner",
+            Self::Triangle => "triangle",
+        }
+    }
+}
+
 /// A value for each corner, or for each triangle.
 ///
 /// Corners of a vertex with the same values in all attributes are one *wedge* (spec §2.5): what a graphics processor calls a vertex.

@@ -1,0 +1,168 @@
+//! Chapter 3.3: entries of attributes.
+
+use super::container::{Fields, Result, demand};
+
+/// What the table tells of an attribute.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Attribute {
+    pub semantic: u8,
+    pub stored: u8,
+    pub components: usize,
+    pub quantisation: u8,
+    pub marks: u8,
+    pub set: u64,
+    pub name: String,
+    pub bits: u8,
+    pub origin: Vec<f64>,
+    pub step: f64,
+    pub error: f64,
+    /// The entry itself.
+    pub bytes: Vec<u8>,
+}
+
+pub fn read_attributes(table: &mut Fields, count: usize) -> Result<Vec<Attribute>> {
+    (0..count).map(|_| read(table)).collect()
+}
+
+fn read(table: &mut Fields) -> Result<Attribute> {
+    let whole = table.0;
+    let (types, shape, marks) = (table.u8()?, table.u8()?, table.u8()?);
+    let (semantic, stored, components, quantisation) =
+        (types % 16, types / 16, usize::from(shape % 16) + 1, shape / 16);
+    demand(semantic < 8 && stored < 8 && quantisation < 4 && marks < 32, "3.3: form of an attribute")?;
+    let is_integer = stored < 6;
+    demand(is_integer == (quantisation == 0), "3.3: quantisation of an attribute")?;
+    demand(
+        quantisation != 2 || (semantic, components) == (0, 3) || (semantic, components) == (1, 4),
+        "3.3: octahedral coordinates",
+    )?;
+    demand(semantic != 6 || (components == 1 && marks % 2 == 1 && is_integer), "3.3: parts")?;
+    demand(marks / 2 % 2 == 0 || is_integer, "3.3: fractions")?;
+    demand(marks / 8 == 0 || quantisation == 1, "3.3: marks of a lattice")?;
+    let set = table.varint()?;
+    demand(set < 1 << 32, "3.3: set of an attribute")?;
+    demand(table.varint()? == 0, "3.3: birth of an attribute")?;
+    let length = table.varint()?;
+    demand(length <= 255, "3.6: name of an attribute")?;
+    let name = std::str::from_utf8(table.take(length as usize)?);
+    let name = name.map_err(|_| "§3.3: name of an attribute".to_owned())?.to_owned();
+    let bits = if quantisation == 1 || quantisation == 2 { table.u8()? } else { 0 };
+    let allowed = [0..=0, 1..=24, 2..=16, 0..=0];
+    demand(allowed[usize::from(quantisation)].contains(&bits), "3.3: bits of an attribute")?;
+    let (mut origin, mut step) = (vec![], 0.0);
+    if quantisation == 1 {
+        let mut real = |short: bool| match short {
+            true => Ok(f64::from(f32::from_bits(table.u32()? as u32))),
+            false => table.f64(),
+        };
+        let (short_origin, short_step) = (marks / 8 % 2 == 1, marks / 16 == 1);
+        for _ in 0..components {
+            origin.push(real(short_origin)?);
+        }
+        step = real(short_step)?;
+        demand(
+            origin.iter().all(|x| x.is_finite()) && step.is_finite() && step >= 0.0,
+            "3.3: lattice of an attribute",
+        )?;
+        let is_short = |x: &f64| f64::from(*x as f32).to_bits() == x.to_bits();
+        demand(
+            short_origin == origin.iter().all(is_short) && short_step == is_short(&step),
+            "3.3: form of the lattice of an attribute",
+        )?;
+    }
+    let mut error = 0.0;
+    if quantisation == 1 || quantisation == 2 {
+        let code = table.u16()?;
+        demand(code <= 0x7F7F, "3.3: error of an attribute")?;
+        let unit = if step > 0.0 { step } else { 1.0 };
+        error = f64::from(f32::from_bits((code as u32) << 16)) * unit;
+        demand(error.is_finite(), "3.3: error of an attribute")?;
+    }
+    let bytes = whole[..whole.len() - table.0.len()].to_vec();
+    Ok(Attribute {
+        semantic,
+        stored,
+        components,
+        quantisation,
+        marks,
+        set,
+        name,
+        bits,
+        origin,
+        step,
+        error,
+        bytes,
+    })
+}
+
+#[test]
+fn the_example_of_the_chapter() {
+    let bytes = [0x62, 0x11, 0x1C, 1, 0, 0, 0x0C, 0, 0, 0, 0, 0, 0, 0, 0x3F, 0, 0, 0x80, 0x39, 0, 0x3F];
+    let read = read_attributes(&mut Fields(&bytes), 1).unwrap();
+    let told = Attribute {
+        semantic: 2,
+        stored: 6,
+        components: 2,
+        quantisation: 1,
+        marks: 4 + 8 + 16,
+        set: 1,
+        name: String::new(),
+        bits: 12,
+        origin: vec![0.0, 0.5],
+        step: 2f64.powi(-12),
+        error: 2f64.powi(-13),
+        bytes: bytes.to_vec(),
+    };
+    assert_eq!(read, [told]);
+    for length in 0..bytes.len() {
+        assert!(read_attributes(&mut Fields(&bytes[..length]), 1).is_err());
+    }
+}
+
+/// The library and this reader accept the same entries and understand the same by them.
+#[test]
+fn entries_with_any_byte_changed() {
+    use super::container::{File, crc32c};
+    use unweld::container::parse_contents;
+    let entries: [&[u8]; 4] = [
+        &[0x62, 0x11, 0x1C, 1, 0, 0, 0x0C, 0, 0, 0, 0, 0, 0, 0, 0x3F, 0, 0, 0x80, 0x39, 0, 0x3F],
+        &[0x60, 0x22, 4, 0, 0, 0, 10, 0x80, 0x3E],
+        &[0x46, 0x00, 1, 0, 0, 1, b'p'],
+        &[0x77, 0x3F, 0, 0, 0, 2, 0xC3, 0xA9],
+    ];
+    let (mut sound, mut broken) = (0, 0);
+    for entry in entries {
+        for at in 0..entry.len() {
+            for mask in 0..=255 {
+                let mut entry = entry.to_vec();
+                entry[at] ^= mask;
+                // The lattice and the levels of §3.8, and one atom of values.
+                let mut bytes = b"\x89UWM\r\n\x1A\n\x01\x00\x00\x00\x01\x00\x00\x00".to_vec();
+                bytes.extend([
+                    0x68, 0, 0, 0x80, 0xBF, 0, 0, 0, 0, 0, 0, 0, 0x40, 0, 0, 0, 0x3F, 0, 255, 1, 0xEF, 1,
+                ]);
+                bytes.extend(entry);
+                bytes.extend([1, 4, 4, 0, 0x80, 0x3F, 0, 0x3F, 6, 0x4A, 0x51]);
+                bytes.extend([8, 6, 0x4A, 0x51]);
+                bytes[13] = (bytes.len() - 12) as u8;
+                let sum = crc32c(&bytes);
+                bytes.extend(sum.to_le_bytes());
+                bytes.extend(b"abcabc");
+                let told = parse_contents(&bytes);
+                let read = File::read(&bytes);
+                match (told, read) {
+                    (Ok(Some(told)), Ok(read)) => {
+                        let (told, read) = (&told.attributes[0], &read.attributes[0]);
+                        assert_eq!((told.components, told.error), (read.components, read.error));
+                        assert_eq!((told.set.into(), &told.name), (read.set, &read.name));
+                        assert_eq!(told.partial, read.marks / 4 % 2 == 1);
+                        sound += 1;
+                    }
+                    (Err(_), Err(_)) => broken += 1,
+                    (told, read) => panic!("{bytes:?}: {told:?}, {:?}", read.err()),
+                }
+            }
+        }
+    }
+    assert!(sound > 1000 && broken > 1000, "{sound} {broken}");
+}

@@ -495,6 +495,7 @@ fn files_for_the_page_are_what_the_encoder_writes() {
     let normals = facets.triangles.iter().flat_map(normal).collect();
     let of_faces = (0..facets.triangles.len() as u32).flat_map(|t| [t; 3]).collect();
     facets.attributes = vec![Attribute::new(Semantic::Normal, 3, Values::F32(normals), of_faces)];
+    globe.part_names = ["", "", "below", "", "", "above"].map(str::to_owned).to_vec();
     for (name, mesh) in [("globe", dressed(globe)), ("facets", facets)] {
         let path = format!("{}/web/tests/{name}.uwm", env!("CARGO_MANIFEST_DIR"));
         let written = file(&mesh);

@@ -64,6 +64,7 @@ pub fn metadata(metadata: &Metadata, header: &Header) -> Value {
         "dropped": metadata.dropped,
         "conditioning": metadata.findings(header),
         "diagonal": metadata.diagonal_of(header),
+        "partNames": metadata.part_names,
     })
 }
 

@@ -149,6 +149,8 @@ export interface Metadata {
   readonly dropped: readonly string[];
   readonly conditioning: readonly (readonly [string, number])[];
   readonly diagonal: number;
+  /** Names of parts by number. */
+  readonly partNames: readonly string[];
 }
 
 /** Which of a level's two errors is meant: `"max"` is `maxError`, `"rms"` is `rmsError`. */

@@ -73,6 +73,7 @@ test("attributes are told once, however the file arrives", async () => {
     const types = Object.entries(values).map(([name, array]) => [name, array.constructor.name]);
     assert.deepEqual(types, [["uv", "Float32Array"], ["normal", "Float32Array"], ["color", "Uint8Array"], ["part", "Uint32Array"]]);
     assert.ok(checkGlobe(mirror, told[0]) > 0, "the seam is a border of the texture");
+    assert.deepEqual([2, 5].map((part) => mirror.last.metadata.partNames[part]), ["below", "above"]);
     const entries = mirror.last.contents.fileAttributes.map(({ name, domain, components, type, normalised, partial }) => [name, domain, components, type, normalised, partial]);
     assert.deepEqual(entries, [
       ["uv", "corner", 2, "f32", false, false],

@@ -4,6 +4,7 @@
 //! it depends on the machine: the arrays are the same everywhere.
 
 mod changes;
+mod corners;
 mod jump;
 mod report;
 mod surface;
@@ -16,6 +17,7 @@ use crate::mesh::Vertex;
 use crate::refine::Site;
 use changes::Marks;
 pub use changes::{Changes, Field};
+pub use corners::Corners;
 use jump::Jumps;
 use std::sync::Arc;
 use surface::Surface;
@@ -52,6 +54,8 @@ pub struct Client {
     surface: Surface,
     /// Vertices and triangles that [`Client::take`] has told.
     told: [u32; 2],
+    /// Whether it has told the attributes.
+    told_corners: bool,
     moved: Marks,
     turned: Marks,
     rewritten: Marks,
@@ -75,6 +79,7 @@ impl Client {
             ended: false,
             surface: Surface::default(),
             told: [0; 2],
+            told_corners: false,
             moved: Marks::default(),
             turned: Marks::default(),
             rewritten: Marks::default(),
@@ -173,6 +178,7 @@ impl Client {
         self.mark_turned();
         let changes = self.changes(&contents);
         self.told = self.counts();
+        self.told_corners |= !changes.corners.indices.is_empty();
         self.from.clear();
         self.jumps = Jumps::default();
         for marks in [&mut self.moved, &mut self.turned, &mut self.rewritten] {
@@ -223,6 +229,7 @@ impl Client {
 
     fn tell_all_again(&mut self) {
         self.told = [0; 2];
+        self.told_corners = false;
         self.from.clear();
         for marks in [&mut self.moved, &mut self.turned, &mut self.rewritten] {
             marks.clear();
@@ -240,8 +247,10 @@ impl Client {
                 self.jumps.end_level();
             }
             Event::Residue => self.residue(),
+            // `take` looks for them.
+            Event::Attributes => {}
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
-            Event::Attributes | Event::Correction | Event::Order => {}
+            Event::Correction | Event::Order => {}
             Event::Metadata => {
                 let told = self.decoder.metadata().zip(self.decoder.contents());
                 self.reports
@@ -392,6 +401,16 @@ impl Client {
             rewritten: self.rewritten.list().to_vec(),
             rewritten_indices: flat(self.rewritten.list().iter().copied(), indices),
             jump: if first_vertex > 0 { (self.jumps.sum() * lattice.step) as f32 } else { 0.0 },
+            corners: self.corners(contents, surface),
+        }
+    }
+
+    /// The attributes, where they are there and have not been told.
+    fn corners(&self, contents: &Contents, surface: &Surface) -> Corners {
+        let attributes = self.decoder.attributes().filter(|_| self.decoder.level() == Some(0));
+        match attributes.filter(|_| !self.told_corners) {
+            Some(attributes) => Corners::new(self.decoder.mesh(), surface, attributes, &contents.attributes),
+            None => Corners::default(),
         }
     }
 }

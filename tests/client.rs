@@ -4,9 +4,10 @@ use unweld::codec::grid::Real;
 use unweld::container::{Level, Measure, Want, parse_contents};
 use unweld::decoder::{Options, decode};
 use unweld::encoder::{Encoder, Keyframes, Options as Encoding, Preview};
+use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 use unweld::mesh::distance::{Sampling, surface_distances};
 use unweld::mesh::{IndexedMesh, shapes};
-use unweld::wasm::{Changes, Client, Settings};
+use unweld::wasm::{Changes, Client, Corners, Settings};
 
 /// What a page keeps.
 #[derive(Default)]
@@ -14,6 +15,7 @@ struct Copy {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
+    corners: Option<Corners>,
 }
 
 impl Copy {
@@ -27,6 +29,14 @@ impl Copy {
         scatter(&mut self.normals, &changes.turned, &changes.turned_normals);
         scatter(&mut self.triangles, &changes.rewritten, &changes.rewritten_indices);
         assert!(self.triangles.iter().flatten().all(|&v| (v as usize) < vertices));
+        if changes.first_vertex == 0 {
+            self.corners = None;
+        }
+        if !changes.corners.indices.is_empty() {
+            assert!(self.corners.is_none(), "attributes are told once");
+            assert_eq!(changes.corners.indices.len(), 3 * triangles);
+            self.corners = Some(changes.corners.clone());
+        }
     }
 
     /// The mesh, with the vertices just appended where they begin.
@@ -320,6 +330,182 @@ fn a_fault_names_its_atom() {
     assert_eq!(copy.triangles.len(), contents.level(3).unwrap().triangles as usize);
 }
 
+/// A share of a turn from the negative y axis on, along a square: the same number on every machine.
+fn turn(x: f64, y: f64) -> f64 {
+    let way = x / (x.abs() + y.abs()).max(1e-9) / 4.0;
+    let from = if y >= 0.0 { 0.5 + way } else { -way };
+    if y < 0.0 && x >= 0.0 { from + 1.0 } else { from }
+}
+
+/// Texture coordinates with a seam along x = 0, y < 0, unit normals, colours and parts, all by position; without colours on some triangles.
+fn dressed(mut mesh: IndexedMesh) -> IndexedMesh {
+    let of_corner = |triangle: &[u32; 3], k: usize| {
+        let [x, y, z] = mesh.positions[triangle[k] as usize];
+        let [u, wraps] = [turn(x, y), f64::from(y < 0.0)];
+        let left = triangle.iter().any(|&v| mesh.positions[v as usize][0] < -1e-9);
+        ([u + if left && u > 0.75 { -wraps } else { 0.0 }, z], [x, y, z])
+    };
+    let corners: Vec<_> = mesh.triangles.iter().flat_map(|t| [0, 1, 2].map(|k| of_corner(t, k))).collect();
+    let numbers = |count| (0..count as u32).collect::<Vec<_>>();
+    let uv = corners.iter().flat_map(|(uv, _)| uv.map(|x| x as f32)).collect();
+    let normals = corners.iter().flat_map(|&(_, p)| {
+        let length = p.iter().map(|x| x * x).sum::<f64>().sqrt().max(1e-9);
+        p.map(|x| x / length)
+    });
+    let colors = corners.iter().flat_map(|&(_, p)| p.map(|x| (127.5 + 127.5 * x).clamp(0.0, 255.0) as u8));
+    let some = |c: u32| if c / 3 % 7 == 3 { NO_VALUE } else { c };
+    let parts: Vec<u32> =
+        corners.chunks_exact(3).map(|t| if t.iter().all(|(_, p)| p[2] >= 0.0) { 5 } else { 2 }).collect();
+    let all = numbers(corners.len());
+    let colored = Attribute::new(
+        Semantic::Color,
+        3,
+        Values::U8(colors.collect()),
+        all.iter().copied().map(some).collect(),
+    );
+    let normals = Values::F64(normals.collect());
+    mesh.attributes = vec![
+        Attribute::new(Semantic::TexCoord, 2, Values::F32(uv), all.clone()),
+        Attribute::new(Semantic::Normal, 3, normals, all),
+        Attribute { normalised: true, ..colored },
+        Attribute::parts(&parts),
+    ];
+    mesh
+}
+
+/// A triangle by its corners, the smallest first: position, and the numbers of each attribute.
+type Numbers = [Vec<u64>; 3];
+
+fn dressed_soup(count: usize, corner: impl Fn(usize, usize) -> Vec<f64>) -> Vec<Numbers> {
+    let mut soup: Vec<Numbers> = (0..count)
+        .map(|t| {
+            let mut corners = [0, 1, 2].map(|k| corner(t, k).iter().map(|x| x.to_bits()).collect());
+            let least = (0..3).min_by_key(|&k| &corners[k]).unwrap_or(0);
+            corners.rotate_left(least);
+            corners
+        })
+        .collect();
+    soup.sort();
+    soup
+}
+
+/// What the program hands out, with the numbers that a page has.
+fn of_assembled(mesh: &IndexedMesh) -> Vec<Numbers> {
+    dressed_soup(mesh.triangles.len(), |t, k| {
+        let position = mesh.positions[mesh.triangles[t][k] as usize].map(|x| f64::from(x as f32));
+        let mut numbers = position.to_vec();
+        for a in &mesh.attributes {
+            let none = if a.semantic == Semantic::Part { f64::from(u32::MAX) } else { 0.0 };
+            let value = a.at(t, k);
+            let number =
+                |i| value.map_or(none, |value| f64::from(a.values.number(a.components * value + i) as f32));
+            numbers.extend((0..a.components).map(number));
+        }
+        numbers
+    })
+}
+
+/// What the page has.
+fn of_copy(copy: &Copy, mesh: &IndexedMesh) -> Vec<Numbers> {
+    let corners = copy.corners.as_ref().expect("attributes are told");
+    let mut columns = Vec::new();
+    let mut rest = &corners.values[..];
+    for a in &mesh.attributes {
+        let count = if a.domain == Domain::Corner { corners.vertices.len() } else { copy.triangles.len() };
+        let numbers = a.components * count;
+        let width = if matches!(a.values, Values::U8(_)) { 1 } else { 4 };
+        let (bytes, after) = rest.split_at((numbers * width).next_multiple_of(4));
+        let list: Vec<f64> = match a.values {
+            Values::U8(_) => bytes.iter().map(|&x| x.into()).collect(),
+            Values::U32(_) => words(bytes).map(|x| u32::from_le_bytes(x).into()).collect(),
+            _ => words(bytes).map(|x| f32::from_le_bytes(x).into()).collect(),
+        };
+        columns.push(list);
+        rest = after;
+    }
+    assert!(rest.is_empty(), "all values are of an attribute");
+    dressed_soup(copy.triangles.len(), |t, k| {
+        let wedge = corners.indices[3 * t + k] as usize;
+        let vertex = corners.vertices[wedge] as usize;
+        // One that is sewn together with the triangle's own lies where it does.
+        assert_eq!(copy.positions[vertex], copy.positions[copy.triangles[t][k] as usize]);
+        let mut numbers = copy.positions[vertex].map(f64::from).to_vec();
+        for (a, column) in mesh.attributes.iter().zip(&columns) {
+            let at = if a.domain == Domain::Corner { wedge } else { t };
+            numbers.extend(&column[a.components * at..a.components * (at + 1)]);
+        }
+        numbers
+    })
+}
+
+fn words(bytes: &[u8]) -> impl Iterator<Item = [u8; 4]> + '_ {
+    bytes.chunks_exact(4).map(|x| [x[0], x[1], x[2], x[3]])
+}
+
+#[test]
+fn attributes_are_those_of_the_file() {
+    let mut lowered = 0;
+    for mesh in meshes() {
+        let mesh = dressed(mesh);
+        let parts = IndexedMesh { attributes: mesh.attributes[3..].to_vec(), ..mesh.clone() };
+        for mesh in [mesh, parts] {
+            let file = file(&mesh);
+            let whole = decode(&file, Options::default()).unwrap().assembled().unwrap();
+            let expected = of_assembled(&whole);
+            for (piece, every) in [(file.len(), 1), (file.len(), 1000), (100, 3), (1, 1)] {
+                let settings = Settings { undo: true, ..Settings::default() };
+                let (mut client, mut copy, report) = follow(&file, piece, every, settings);
+                assert_eq!(of_copy(&copy, &whole), expected, "pieces of {piece}, every {every} events");
+                assert!(report.contains(r#""name":"part""#));
+                // Coarser levels have none; level 0 has them again.
+                let coarser = client.coarsen().unwrap();
+                copy.apply(&client.take());
+                // One of the meshes is its own base.
+                assert_eq!(copy.corners.is_none(), coarser.is_some());
+                lowered += usize::from(coarser.is_some());
+                client.restore().unwrap();
+                copy.apply(&client.take());
+                assert_eq!(of_copy(&copy, &whole), expected);
+            }
+        }
+    }
+    assert!(lowered > 0);
+}
+
+#[test]
+fn without_attributes_nothing_is_told_of_any() {
+    let file = file(&meshes()[2]);
+    let (_, copy, report) = follow(&file, 100, 1, Settings::default());
+    assert!(copy.corners.is_none() && report.contains(r#""fileAttributes":[]"#));
+}
+
+/// Files for the tests of the page, `UNWELD_BLESS=1` writes them: a globe dressed, with a triangle that is there twice, and an icosahedron with the
+/// normals of its faces.
+#[test]
+fn files_for_the_page_are_what_the_encoder_writes() {
+    let mut globe = shapes::sphere(2);
+    globe.triangles.push(globe.triangles[9]);
+    let mut facets = shapes::sphere(0);
+    let normal = |t: &[u32; 3]| {
+        let [a, b, c] = t.map(|v| facets.positions[v as usize]);
+        let sum = [0, 1, 2].map(|k| a[k] + b[k] + c[k]);
+        let length = sum.iter().map(|x| x * x).sum::<f64>().sqrt();
+        sum.map(|x| (x / length) as f32)
+    };
+    let normals = facets.triangles.iter().flat_map(normal).collect();
+    let of_faces = (0..facets.triangles.len() as u32).flat_map(|t| [t; 3]).collect();
+    facets.attributes = vec![Attribute::new(Semantic::Normal, 3, Values::F32(normals), of_faces)];
+    globe.part_names = ["", "", "below", "", "", "above"].map(str::to_owned).to_vec();
+    for (name, mesh) in [("globe", dressed(globe)), ("facets", facets)] {
+        let path = format!("{}/web/tests/{name}.uwm", env!("CARGO_MANIFEST_DIR"));
+        let written = file(&mesh);
+        if std::env::var_os("UNWELD_BLESS").is_some_and(|value| value == "1") {
+            std::fs::write(&path, &written).unwrap();
+        }
+        assert!(std::fs::read(&path).is_ok_and(|bytes| bytes == written), "{path}: other bytes");
+    }
+}
+
 /// The page's declaration of what it is given, which no compiler compares with ours.
 #[test]
 fn the_page_declares_the_same_fields() {
@@ -336,6 +522,7 @@ fn the_page_declares_the_same_fields() {
         let kind = match field.kind() {
             "u32[]" => "Uint32Array",
             "f32[]" => "Float32Array",
+            "u8[]" => "Uint8Array",
             _ => "number",
         };
         (name, kind.to_owned())

@@ -1,5 +1,6 @@
 //! Typed arrays of what has changed, and the marks they are gathered from.
 
+use super::corners::Corners;
 use bitvec::vec::BitVec;
 
 /// What has changed in the mesh: appended vertices and triangles, and single ones of those that were there.
@@ -37,6 +38,8 @@ pub struct Changes {
     /// How far the surface is at most from what it was, while the vertices appended still lie where they began; in the units of the
     /// input. 0 where that was not to be told.
     pub jump: f32,
+    /// The attributes of level 0, once: when they are there, and again where everything is new. Without triangles otherwise.
+    pub corners: Corners,
 }
 
 /// A field of [`Changes`].
@@ -50,24 +53,27 @@ pub enum Field<'a> {
     Numbers(&'a [u32]),
     /// Coordinates.
     Coordinates(&'a [f32]),
+    /// Bytes.
+    Bytes(&'a [u8]),
 }
 
 impl Field<'_> {
-    /// Its type in few letters: `u32`, `f32`, `u32[]` or `f32[]`.
+    /// Its type in few letters: `u32`, `f32`, `u32[]`, `f32[]` or `u8[]`.
     pub fn kind(&self) -> &'static str {
         match self {
             Self::Number(_) => "u32",
             Self::Length(_) => "f32",
             Self::Numbers(_) => "u32[]",
             Self::Coordinates(_) => "f32[]",
+            Self::Bytes(_) => "u8[]",
         }
     }
 }
 
 impl Changes {
     /// All fields in order, by the names that a page has for them. There is no other list: a page asks for this one.
-    pub fn fields(&self) -> [(&'static str, Field<'_>); 15] {
-        use Field::{Coordinates, Length, Number, Numbers};
+    pub fn fields(&self) -> [(&'static str, Field<'_>); 18] {
+        use Field::{Bytes, Coordinates, Length, Number, Numbers};
         [
             ("vertices", Number(self.counts[0])),
             ("triangles", Number(self.counts[1])),
@@ -84,6 +90,9 @@ impl Changes {
             ("rewritten", Numbers(&self.rewritten)),
             ("rewrittenIndices", Numbers(&self.rewritten_indices)),
             ("jump", Length(self.jump)),
+            ("wedges", Numbers(&self.corners.vertices)),
+            ("wedgeIndices", Numbers(&self.corners.indices)),
+            ("values", Bytes(&self.corners.values)),
         ]
     }
 }
@@ -121,7 +130,7 @@ impl Marks {
 mod tests {
     use super::*;
 
-    /// Each field told is the field that is named: fifteen values that differ.
+    /// Each field told is the field that is named: eighteen values that differ.
     #[test]
     fn names_lead_to_their_fields() {
         let changes = Changes {
@@ -139,12 +148,14 @@ mod tests {
             rewritten: vec![13],
             rewritten_indices: vec![14],
             jump: 15.0,
+            corners: Corners { vertices: vec![16], indices: vec![17], values: vec![18] },
         };
         let told = changes.fields().map(|(name, field)| match field {
             Field::Number(x) => (name, x),
             Field::Length(x) => (name, x as u32),
             Field::Numbers(x) => (name, x[0]),
             Field::Coordinates(x) => (name, x[0] as u32),
+            Field::Bytes(x) => (name, x[0].into()),
         });
         let expected = [
             ("firstTriangle", 11),
@@ -161,7 +172,10 @@ mod tests {
             ("triangles", 2),
             ("turned", 9),
             ("turnedNormals", 10),
+            ("values", 18),
             ("vertices", 1),
+            ("wedgeIndices", 17),
+            ("wedges", 16),
         ];
         assert_eq!(std::collections::BTreeMap::from(told), std::collections::BTreeMap::from(expected));
     }

@@ -1,8 +1,10 @@
 //! Events as JSON.
 
+use super::corners;
 use crate::codec::residue::Residue;
-use crate::container::{Contents, Header, Metadata, Plan};
+use crate::container::{AttributeEntry, Contents, Header, Metadata, Plan};
 use crate::error::Error;
+use crate::mesh::attributes::Domain;
 use serde_json::{Value, json};
 use std::sync::Arc;
 
@@ -23,6 +25,7 @@ pub fn contents(contents: &Contents, plan: &Plan) -> Value {
         "fileBytes": contents.file_bytes(),
         "wanted": wanted(plan),
         "attributes": [{ "name": "position", "components": 3 }, { "name": "normal", "components": 3 }],
+        "fileAttributes": file_attributes(&contents.attributes),
     })
 }
 
@@ -61,6 +64,7 @@ pub fn metadata(metadata: &Metadata, header: &Header) -> Value {
         "dropped": metadata.dropped,
         "conditioning": metadata.findings(header),
         "diagonal": metadata.diagonal_of(header),
+        "partNames": metadata.part_names,
     })
 }
 
@@ -96,6 +100,26 @@ pub fn fault(error: &Error, contents: Option<&Arc<Contents>>) -> Value {
         _ => value["kind"] = "other".into(),
     }
     value
+}
+
+/// What the source had at corners and triangles.
+fn file_attributes(entries: &[AttributeEntry]) -> Vec<Value> {
+    let named = corners::names(entries).into_iter().zip(entries);
+    let told = named.map(|(name, entry)| {
+        json!({
+            "name": name,
+            "semantic": entry.semantic.name(),
+            "set": entry.set,
+            "domain": if entry.domain == Domain::Corner { "corner" } else { "triangle" },
+            "components": entry.components,
+            "type": corners::stored(entry).name(),
+            "normalised": entry.normalised,
+            "partial": entry.partial,
+            "level": entry.birth,
+            "error": entry.error,
+        })
+    });
+    told.collect()
 }
 
 fn wanted(plan: &Plan) -> Value {

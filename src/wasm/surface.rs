@@ -78,7 +78,11 @@ impl Surface {
         if t as usize >= slots {
             return self.triangles.get(t as usize - slots).copied().unwrap_or_default();
         }
-        let [a, b, c] = mesh.table.triangle(Triangle(t)).map(|v| v.0);
+        self.as_drawn(t, mesh.table.triangle(Triangle(t)).map(|v| v.0))
+    }
+
+    /// What the corners of a triangle of the mesh have, in the order in which it is drawn.
+    pub fn as_drawn(&self, t: u32, [a, b, c]: [u32; 3]) -> [u32; 3] {
         if self.reversed.binary_search(&t).is_ok() { [a, c, b] } else { [a, b, c] }
     }
 

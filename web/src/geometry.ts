@@ -1,7 +1,8 @@
 // A geometry that grows in place, and its edges.
 
 import { BufferAttribute, BufferGeometry, Box3, Sphere, type TypedArray, Vector3 } from "three";
-import type { Contents, Delta, Level, MeshStream, Until } from "./unweld.js";
+import type { Attributes, Contents, Delta, Level, MeshStream, Until } from "./unweld.js";
+import { dressOf } from "./wedges.js";
 
 /** What `UnweldGeometry` dispatches when it has changed. */
 export interface RefineEvent {
@@ -26,7 +27,8 @@ export interface GeometryOptions {
 }
 
 /**
- * A geometry that deltas are applied to. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
+ * A geometry that deltas are applied to. When the attributes of the file arrive, with level 0, its buffers are made anew once, by wedge; a coarser level shown
+ * after that has them by vertex again. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
  * Bounding box and sphere are those of the whole file from the first; computed anew, they are of what has arrived.
  */
 export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, GeometryEvents> {
@@ -37,6 +39,10 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   triangles = 0;
   /** The finest level that has arrived, or `null` before the base has. */
   finest: number | null = null;
+  /** Whether it has the attributes of the file: then its buffers are by wedge, and its groups are the parts. */
+  dressed = false;
+  /** Whether these have one normal for each triangle: then it is to be drawn with `flatShading`, at every level. */
+  flat = false;
   /** The delta applied last. */
   last: Delta | null = null;
   /** When vertices were appended last, on `clock`. */
@@ -76,11 +82,11 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
 
   /** Bytes of attributes and index. */
   get bytes(): number {
-    const arrays = [...Object.values(this.attributes), ...(this.index ? [this.index] : [])];
-    return arrays.reduce((sum, { array }) => sum + array.byteLength, 0);
+    const arrays = new Set([...Object.values(this.attributes), ...(this.index ? [this.index] : [])].map(({ array }) => array));
+    return [...arrays].reduce((sum, { byteLength }) => sum + byteLength, 0);
   }
 
-  /** Bytes that a level takes, without what the residue adds to level 0. */
+  /** Bytes that a level takes, without what residue and attributes of the file add to level 0. */
   bytesOf({ vertices, triangles }: Level): number {
     const attributes = this.contents?.attributes ?? [];
     const components = attributes.reduce((sum, { components }) => sum + components, this.#morph ? 4 : 0);
@@ -119,11 +125,29 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     const { contents, vertices, triangles } = delta;
     const start = performance.now();
     this.last = delta;
-    for (const { level } of delta.levels) this.finest = level;
+    for (const { level } of delta.levels) {
+      this.finest = level;
+      // A file begins, or another one in its place.
+      if (level === contents.levels.length - 1) this.flat = false;
+    }
     if (contents !== this.contents || delta.levels.some(({ level }) => level === 0)) this.#bound(contents);
-    if (delta.firstVertex === 0) this.#shrink(vertices, triangles);
+    if (delta.firstVertex === 0) {
+      this.#undress();
+      this.#shrink(vertices, triangles);
+    }
     this.vertices = vertices;
     this.triangles = triangles;
+    // With its attributes a mesh is at its end: what comes behind them, metadata for example, changes nothing of it.
+    if (!this.dressed) this.#grow(delta);
+    if (delta.attributes) this.#dress(delta.attributes, contents);
+    // For the developer tools.
+    performance.measure("unweld", { start });
+    this.dispatchEvent({ type: "refine", delta });
+  }
+
+  /** Appends what is new, and changes what has changed. */
+  #grow(delta: Delta): void {
+    const { contents, vertices, triangles } = delta;
     for (const { name, components } of contents.attributes) {
       const values = delta.appended[name];
       if (!values) continue;
@@ -140,9 +164,27 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     scatter(index.array, 3, delta.rewritten.triangles, delta.rewritten.indices);
     if (!fresh) upload(index, 3, delta.firstTriangle, triangles, delta.rewritten.triangles);
     this.setDrawRange(0, 3 * triangles);
-    // For the developer tools.
-    performance.measure("unweld", { start });
-    this.dispatchEvent({ type: "refine", delta });
+  }
+
+  /** Makes the buffers by wedge, from those by vertex. */
+  #dress(attributes: Attributes, contents: Contents): void {
+    const [position, normal] = [this.getAttribute("position"), this.getAttribute("normal")];
+    const dress = dressOf(attributes, contents.fileAttributes, position.array, normal.array);
+    this.#empty();
+    for (const [name, attribute] of Object.entries(dress.attributes)) this.setAttribute(name, attribute);
+    // Nothing slides any more: where a vertex comes from is where it is.
+    if (this.#morph) this.setAttribute("from", dress.attributes.position!);
+    this.setIndex(dress.index);
+    for (const { part, start, count } of dress.groups) this.addGroup(start, count, part);
+    [this.dressed, this.flat] = [true, dress.flat];
+  }
+
+  /** Everything is new, and by vertex. */
+  #undress(): void {
+    if (!this.dressed) return;
+    this.#empty();
+    this.clearGroups();
+    this.dressed = false;
   }
 
   #dispose(): void {
@@ -186,7 +228,12 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     const [v, t] = [Math.max(vertices, most.vertices), Math.max(triangles, most.triangles)];
     const spare = this.room === null ? 2 : 1;
     if (room <= spare * v && (this.index?.array.length ?? 0) <= 3 * spare * t) return;
-    // Only so does the renderer give back its buffers.
+    this.#empty();
+  }
+
+  /** Gives up all buffers. */
+  #empty(): void {
+    // Only so does the renderer give back its own.
     this.#releasing = true;
     this.dispatchEvent({ type: "dispose" });
     this.#releasing = false;
@@ -267,7 +314,7 @@ export class UnweldEdges extends BufferGeometry {
 
   #apply(delta: Delta): void {
     const { index } = this;
-    if (!index || index.array.length < 6 * this.#mesh.triangles) return this.#renew();
+    if (!index || delta.attributes || index.array.length < 6 * this.#mesh.triangles) return this.#renew();
     for (let t = delta.firstTriangle; t < delta.triangles; t++) this.#copy(t);
     for (const t of delta.rewritten.triangles) this.#copy(t);
     upload(index, 6, delta.firstTriangle, delta.triangles, delta.rewritten.triangles);
@@ -284,6 +331,7 @@ export class UnweldEdges extends BufferGeometry {
 
   #share(): void {
     const mesh = this.#mesh;
+    for (const name of Object.keys(this.attributes)) if (!mesh.attributes[name]) this.deleteAttribute(name);
     for (const [name, attribute] of Object.entries(mesh.attributes)) {
       if (this.attributes[name] !== attribute && name !== "normal") this.setAttribute(name, attribute);
     }

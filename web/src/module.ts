@@ -36,6 +36,9 @@ export interface Changes {
   rewritten: Uint32Array;
   rewrittenIndices: Uint32Array;
   jump: number;
+  wedges: Uint32Array;
+  wedgeIndices: Uint32Array;
+  values: Uint8Array;
 }
 
 /** Compiles the module, once for each address. */
@@ -136,6 +139,7 @@ const READ = {
   f32: (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, at, 1)[0],
   "u32[]": (buffer: ArrayBuffer, at: number) => new Uint32Array(buffer, ...words(buffer, at)).slice(),
   "f32[]": (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, ...words(buffer, at)).slice(),
+  "u8[]": (buffer: ArrayBuffer, at: number) => new Uint8Array(buffer, ...words(buffer, at)).slice(),
 };
 
 /** Two words: address and length, mostly. */

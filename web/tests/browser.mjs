@@ -36,6 +36,7 @@ const files = {
   "/bad.uwm": { bytes: bad },
   "/part.uwm": { bytes: sphere.subarray(0, first.contents.levels[3].end), etag: '"1"' },
   "/rest.uwm": { bytes: sphere, etag: '"1"', rate: 500 },
+  "/globe.uwm": { bytes: await readFile(local("globe.uwm")), etag: '"1"' },
   "/slow.uwm": { bytes: sphere, rate: 100 },
   "/breaks.uwm": { bytes: sphere, etag: '"1"', breakAfter: 700 },
 };
@@ -100,6 +101,31 @@ try {
 
   const part = await open({ width: 1280, height: 800 }, "?src=part.uwm");
   await part.page.waitForFunction(() => document.getElementById("legend").textContent.endsWith("a prefix of the file, down to level 3"));
+
+  // Attributes: the checkerboard is there for who has texture coordinates, colours are seen, and go with a coarser level.
+  assert.equal(await part.page.isDisabled("#checker"), true);
+  const globe = await open({ width: 1280, height: 800 }, "?src=globe.uwm");
+  await globe.page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  const views = [];
+  const look = async (what) => {
+    await globe.page.waitForTimeout(600);
+    await shoot(globe.page, `globe-${what}`);
+    // Beside the panel.
+    const clip = { x: 600, y: 0, width: 680, height: 800 };
+    views.push((await globe.page.screenshot({ clip })).toString("base64"));
+  };
+  await look("colors");
+  await globe.page.check("#checker");
+  await look("checker");
+  await globe.page.fill("#level", "0");
+  await look("coarse");
+  await globe.page.uncheck("#checker");
+  await look("coarse-plain");
+  await globe.page.fill("#level", await globe.page.getAttribute("#level", "max"));
+  await look("again");
+  const alike = [[0, 1], [1, 2], [2, 3], [0, 4]].map(([a, b]) => views[a] === views[b]);
+  assert.deepEqual(alike, [false, false, true, true], "a coarse level has no checkerboard, and level 0 is what it was");
+  assert.deepEqual(globe.faults, []);
 
   await killed(open, shoot, { width: 1280, height: 800 }, "wide", file);
   await killed(open, shoot, { width: 390, height: 844 }, "narrow", local("../../tests/golden/torus.uwm"));

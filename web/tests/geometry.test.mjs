@@ -11,6 +11,7 @@ import { Mirror } from "./mirror.mjs";
 import { serve } from "./server.mjs";
 
 const sphere = new Uint8Array(await readFile(new URL("../../tests/golden/sphere.uwm", import.meta.url)));
+const [globe, facets] = (await Promise.all(["globe", "facets"].map((name) => readFile(new URL(`${name}.uwm`, import.meta.url))))).map((bytes) => new Uint8Array(bytes));
 const test = (name, act) => run(name, { timeout: 60_000 }, act);
 const stream = (input = sphere, options = {}) => decode(input, { pool: new WorkerPool(0), ...options });
 
@@ -68,6 +69,72 @@ test("what has arrived is all that is counted, at every step", async () => {
   geometry.addEventListener("refine", ({ delta }) => assert.equal(edges.index.count, 6 * delta.triangles));
   await geometry.complete;
   assert.ok(steps > 12 && roomy > 0, "there is room that is not counted");
+});
+
+test("the attributes of the file make the buffers anew, by wedge; a coarser level has them by vertex", async () => {
+  const geometry = new UnweldGeometry(stream(pieces(globe, 200), { levels: true }), { morph: true });
+  const edges = new UnweldEdges(geometry);
+  let [dressings, released, told] = [0, 0, null];
+  geometry.addEventListener("dispose", () => released++);
+  geometry.addEventListener("refine", ({ delta }) => {
+    if (delta.attributes) [dressings, told] = [dressings + 1, delta.attributes];
+    assert.equal(geometry.dressed, told !== null);
+    assert.equal(edges.getAttribute("position"), geometry.getAttribute("position"));
+  });
+  await geometry.complete;
+  const check = () => {
+    const { vertices, indices, values } = told;
+    const [wedges, triangles] = [vertices.length, indices.length / 3];
+    assert.ok(wedges > geometry.vertices && triangles === geometry.triangles);
+    const named = (name) => geometry.getAttribute(name);
+    for (const name of ["position", "normal", "uv", "color"]) assert.equal(named(name).count, wedges, name);
+    assert.deepEqual([named("uv").itemSize, named("color").normalized, named("color").array.constructor], [2, true, Uint8Array]);
+    assert.ok(named("color").getX(1) <= 1, "colours are fractions");
+    for (const name of ["uv", "normal"]) assert.deepEqual(named(name).array, values[name]);
+    assert.equal(named("part"), undefined);
+    // Nothing slides.
+    assert.equal(named("from"), named("position"));
+    assert.equal(named("born"), undefined);
+    // Parts: each a run of triangles, all of them there.
+    assert.deepEqual(geometry.groups.map(({ materialIndex }) => materialIndex), [2, 5]);
+    const names = (array, t) => array.slice(3 * t, 3 * t + 3).join();
+    let next = 0;
+    for (const { start, count, materialIndex } of geometry.groups) {
+      assert.equal(start, next);
+      next += count;
+      const those = [...values.part.keys()].filter((t) => values.part[t] === materialIndex);
+      assert.deepEqual(those.map((t) => names(indices, t)), Array.from({ length: count / 3 }, (_, k) => names(geometry.index.array, start / 3 + k)));
+    }
+    assert.deepEqual([next, geometry.index.count, geometry.drawRange.count], [3 * triangles, 3 * triangles, 3 * triangles]);
+    assert.equal(geometry.bytes, wedges * (12 + 12 + 8 + 3) + 12 * triangles, "nothing by vertex is kept");
+    // Every edge of every triangle.
+    assert.equal(edges.index.count, 6 * triangles);
+    const drawn = Array.from({ length: triangles }, (_, t) => [0, 2, 4].map((k) => edges.index.array[6 * t + k]).join());
+    assert.deepEqual(drawn, Array.from({ length: triangles }, (_, t) => names(geometry.index.array, t)));
+    assert.equal(geometry.flat, false);
+  };
+  check();
+  assert.equal(dressings, 1);
+  const before = released;
+  told = null;
+  await geometry.show(2);
+  assert.ok(released > before, "the renderer is told to give up its buffers");
+  assert.deepEqual(Object.keys(geometry.attributes).sort(), ["born", "from", "normal", "position"]);
+  assert.deepEqual([geometry.groups, geometry.getAttribute("position").count], [[], geometry.vertices]);
+  assert.deepEqual(Object.keys(edges.attributes).sort(), ["born", "from", "position"]);
+  await geometry.show(null);
+  check();
+  assert.equal(dressings, 2);
+  geometry.dispose();
+});
+
+test("a geometry is flat where each triangle has one normal", async () => {
+  const flat = new UnweldGeometry(stream(facets));
+  await flat.complete;
+  assert.deepEqual([flat.flat, flat.getAttribute("position").count, flat.groups], [true, 60, []]);
+  const bare = new UnweldGeometry(stream());
+  await bare.complete;
+  assert.deepEqual([bare.flat, bare.dressed, bare.getAttribute("position").count], [false, false, 42]);
 });
 
 test("a geometry that is disposed of before all is there was never complete", async () => {

@@ -16,6 +16,7 @@ import {
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { texture } from "./texture.js";
 import { geomorph, UnweldEdges, type UnweldGeometry } from "../three.js";
 
 export class Stage {
@@ -23,8 +24,10 @@ export class Stage {
   readonly #scene = new Scene();
   readonly #camera = new PerspectiveCamera(40, 1, 0.01, 100);
   readonly #controls: OrbitControls;
-  readonly #material = new MeshStandardMaterial({ color: 0xc9d3df, roughness: 0.65, side: DoubleSide });
+  readonly #material = new MeshStandardMaterial({ color: PLAIN, roughness: 0.65, side: DoubleSide });
   readonly #lines = new LineBasicMaterial({ color: 0x10141a, transparent: true, opacity: 0.55 });
+  readonly #checker: { value: number };
+  #flat = false;
   readonly #slides: { time: { value: number }; seconds: { value: number } }[];
   #geometry: UnweldGeometry | null = null;
   #edges: UnweldEdges | null = null;
@@ -48,6 +51,7 @@ export class Stage {
     this.#material.polygonOffset = true;
     this.#material.polygonOffsetFactor = this.#material.polygonOffsetUnits = 1;
     this.#slides = [this.#material, this.#lines].map((material: Material) => geomorph(material));
+    this.#checker = texture(this.#material);
     new ResizeObserver(() => this.#resize()).observe(canvas);
     this.#resize();
   }
@@ -61,7 +65,8 @@ export class Stage {
     this.#geometry = geometry;
     this.#scene.add(new Mesh(geometry, this.#material));
     this.edges(edges);
-    geometry.addEventListener("refine", () => this.draw());
+    geometry.addEventListener("refine", () => this.#look());
+    this.#look();
     this.fit();
   }
 
@@ -74,8 +79,25 @@ export class Stage {
   }
 
   flat(flat: boolean): void {
-    this.#material.flatShading = flat;
-    this.#material.needsUpdate = true;
+    this.#flat = flat;
+    this.#look();
+  }
+
+  /** Shows texture coordinates as a checkerboard. */
+  checker(on: boolean): void {
+    this.#checker.value = on ? 1 : 0;
+    this.draw();
+  }
+
+  /** As the attributes of the mesh have it: its colours, and flat where each triangle has one normal. */
+  #look(): void {
+    const material = this.#material;
+    const flat = this.#flat || (this.#geometry?.flat ?? false);
+    const colors = this.#geometry?.hasAttribute("color") ?? false;
+    if (flat !== material.flatShading || colors !== material.vertexColors) {
+      Object.assign(material, { flatShading: flat, vertexColors: colors, needsUpdate: true });
+      material.color.set(colors ? 0xffffff : PLAIN);
+    }
     this.draw();
   }
 
@@ -142,5 +164,7 @@ export class Stage {
   }
 }
 
+/** The colour of a mesh without colours. */
+const PLAIN = 0xc9d3df;
 /** Seconds that a new vertex takes to its place. */
 const SLIDE = 0.35;

@@ -86,6 +86,7 @@ function refined(delta: Delta): void {
   element("max").textContent = level ? errorOf(level.maxError, delta) : "–";
   slider.max = String(contents.levels.length - 1);
   slider.disabled = false;
+  element<HTMLInputElement>("checker").disabled = !contents.fileAttributes.some(({ name }) => name === "uv");
   if (chosen === null && level) slider.value = String(contents.levels.length - 1 - level.level);
   element("levelName").textContent = level ? `level ${level.level}` : "level";
   if (chosen === null) timeline.add({ ...arrived, levels: delta.levels.length }, { bytes: total.end, triangles: total.triangles });
@@ -205,7 +206,7 @@ async function begin(): Promise<void> {
 }
 
 slider.oninput = () => void show().catch(failed);
-for (const name of ["edges", "flat", "slide"] as const) {
+for (const name of ["edges", "flat", "slide", "checker"] as const) {
   const box = element<HTMLInputElement>(name);
   box.onchange = () => stage[name](box.checked);
   stage[name](box.checked);

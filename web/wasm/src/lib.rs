@@ -111,6 +111,7 @@ pub extern "C" fn unweld_take() -> u32 {
             Field::Length(length) => [length.to_bits(), 0],
             Field::Numbers(array) => place(array),
             Field::Coordinates(array) => place(array),
+            Field::Bytes(array) => place(array),
         });
         instance.tell(words.as_flattened())
     })

@@ -172,11 +172,11 @@ fn the_mean_error_is_near_the_larger_of_both_ways() {
 #[test]
 fn the_largest_error_falls_with_the_mean_error() {
     for (name, mesh) in [("wavy plate", wavy_plate()), ("toothed plate", toothed_plate())] {
-        // Measured, since what is told may be a looser bound at one level than at the next.
+        // Measured at points, some percent of which miss the farthest; since what is told may be a looser bound at one level than at the next.
         let told = levels(&mesh, options(12), 20_000, |_| false);
         let max = |level: &Measured| SurfaceDistance::symmetric(level.ways).max;
         let errors: Vec<_> = told.iter().map(|level| (max(level), level.max, level.rms)).collect();
-        assert!(told.windows(2).all(|pair| max(&pair[1]) <= 1.1 * max(&pair[0])), "{name}: {errors:?}");
+        assert!(told.windows(2).all(|pair| max(&pair[1]) <= 1.2 * max(&pair[0])), "{name}: {errors:?}");
         // Where a fifth of the levels is left, so is a small part of the error.
         let late = &told[told.len() * 4 / 5];
         assert!(max(late) < 0.2 * max(&told[0]), "{name}: {errors:?}");

@@ -212,7 +212,7 @@ pub fn simplify(
         }
         let mut has_level = remover.history.end_level();
         // Only where there are far too many: the base is not to lose a large part for a few vertices.
-        thins |= !has_level && !may_go_on && remover.vertices > 2 * few;
+        thins |= !has_level && !may_go_on && remover.vertices > few.saturating_mul(2);
         if !has_level && !may_go_on && thins && remover.vertices > few {
             let size = components.smallest().map_or(0.0, |size| size.max(error * error) * GROWTH * GROWTH);
             let lack = Lack { size, triangles: half, vertices: remover.vertices - few };

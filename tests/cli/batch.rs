@@ -13,7 +13,7 @@ fn tree() -> Folder {
     }
     folder.mesh("one.ply", &shapes::bumpy_sphere(3, 1));
     folder.mesh("in/b.ply", &shapes::torus(8, 9));
-    folder.write("in/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1//1 2//1 3//1\n");
+    folder.write("in/a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\nf 1 2 3\nf 1 2 3\n");
     folder.mesh("in/deep/er/b.ply", &shapes::bumpy_sphere(2, 7));
     folder.mesh("in/.hidden.ply", &shapes::tetrahedron());
     folder.mesh("in/.folder/c.ply", &shapes::tetrahedron());
@@ -77,7 +77,7 @@ fn a_table_and_the_sums() {
         sum += bytes;
     }
     assert_eq!(lines[1][5..], ["a", "manifold"]);
-    assert!(run.text().contains("  1 repeated triangle; dropped normal ("), "{}", run.text());
+    assert!(run.text().contains("  1 repeated triangle; dropped line elements (1)"), "{}", run.text());
     let sums = run.text().lines().find(|line| line.starts_with("  encoded")).unwrap();
     let start = "  encoded    4 of 4 inputs: 1,746 triangles, ";
     assert_eq!(sums.strip_prefix(start).unwrap().replace(',', ""), format!("{sum} bytes"));
@@ -91,7 +91,7 @@ fn it_goes_on_after_a_failure() {
     folder.write("in/bad.ply", &folder.bytes("one.ply")[..999]);
     folder.write("in/deep/none.obj", "# nothing\n");
     let run = folder.run("encode in nowhere.ply one.ply -o out");
-    let told = "unweld: in/a.obj: dropped normal (3 numbers, 1 values)\nunweld: 3 of 7 inputs failed\n";
+    let told = "unweld: in/a.obj: dropped line elements (1)\nunweld: 3 of 7 inputs failed\n";
     assert_eq!((run.code, run.err.as_str()), (1, told));
     assert_eq!(files(&folder, "out"), ["a.uwm", "b.uwm", "deep/er/b.uwm", "one.uwm"]);
     let lines = words(&run);
@@ -114,7 +114,7 @@ fn it_goes_on_after_a_failure() {
     assert!(run.text().contains("  encoded    4 of 7 inputs: "), "{}", run.text());
     let quiet = folder.run("encode in nowhere.ply one.ply -o out -q");
     assert_eq!((quiet.code, quiet.out.len()), (1, 0));
-    let dropped = "unweld: in/a.obj: dropped normal (3 numbers, 1 values)\n";
+    let dropped = "unweld: in/a.obj: dropped line elements (1)\n";
     assert!(quiet.err.starts_with(&(dropped.to_owned() + &alone)), "{}", quiet.err);
     assert!(quiet.err.ends_with("unweld: 3 of 7 inputs failed\n"), "{}", quiet.err);
     assert_eq!(quiet.err.lines().count(), 5);

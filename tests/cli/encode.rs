@@ -30,6 +30,7 @@ fn the_json_of_info_and_encode() {
     let folder = Folder::with_sphere();
     let info = folder.info("sphere.uwm");
     let expected = [
+        "attributes",
         "coding",
         "correction",
         "exact",
@@ -64,6 +65,7 @@ fn the_json_of_info_and_encode() {
 
     let levels = levels(&info);
     let expected = [
+        "born",
         "bytes",
         "cumulative_bytes",
         "level",
@@ -109,6 +111,7 @@ fn the_json_of_info_and_encode() {
     let bits = [
         "attributes",
         "base",
+        "births",
         "connectivity",
         "correction",
         "geometry",
@@ -297,7 +300,7 @@ fn what_no_manifold_holds_is_told() {
 #[test]
 fn what_is_dropped_is_told() {
     let folder = Folder::new();
-    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvt 0 0\nvn 0 0 1\nf 1/1/1 2/1/1 3/1/1\n");
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2\np 1\nf 1 2 3\n");
     let encoded = folder.run("encode m.obj -o m.uwm --json").json();
     let dropped = encoded["input"]["dropped"].as_array().unwrap();
     assert_eq!(dropped.len(), 2, "{dropped:?}");
@@ -320,14 +323,22 @@ fn what_is_dropped_is_told() {
 #[test]
 fn strict_refuses_what_a_file_cannot_keep() {
     let folder = Folder::new();
-    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\n");
+    folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nl 1 2\nf 1//1 2//1 3//1\n");
     folder.write("bare.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let run = folder.run("encode m.obj -o m.uwm --strict");
     assert_eq!(run.code, 1);
-    assert!(run.err.starts_with("unweld: m.obj: --strict: a file cannot keep normal"), "{}", run.err);
+    assert!(
+        run.err.starts_with("unweld: m.obj: --strict: a file cannot keep line elements (1)"),
+        "{}",
+        run.err
+    );
     let run = folder.run("simplify m.obj -o m.ply --faces 1 --strict");
     assert_eq!(run.code, 1);
-    assert!(run.err.starts_with("unweld: m.obj: --strict: the result cannot keep normal"), "{}", run.err);
+    assert!(
+        run.err.starts_with("unweld: m.obj: --strict: the result cannot keep line elements (1), normal"),
+        "{}",
+        run.err
+    );
     assert_eq!(folder.list(), ["bare.obj", "m.obj"]);
     // One that loses nothing is none the worse for it, also beside one that fails.
     let run = folder.run("encode m.obj bare.obj -o out --strict");

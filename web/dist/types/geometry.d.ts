@@ -22,7 +22,8 @@ export interface GeometryOptions {
     waits?: boolean;
 }
 /**
- * A geometry that deltas are applied to. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
+ * A geometry that deltas are applied to. When the attributes of the file arrive, with level 0, its buffers are made anew once, by wedge; a coarser level shown
+ * after that has them by vertex again. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
  * Bounding box and sphere are those of the whole file from the first; computed anew, they are of what has arrived.
  */
 export declare class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, GeometryEvents> {
@@ -34,6 +35,10 @@ export declare class UnweldGeometry extends BufferGeometry<Record<string, Buffer
     triangles: number;
     /** The finest level that has arrived, or `null` before the base has. */
     finest: number | null;
+    /** Whether it has the attributes of the file: then its buffers are by wedge, and its groups are the parts. */
+    dressed: boolean;
+    /** Whether these have one normal for each triangle: then it is to be drawn with `flatShading`, at every level. */
+    flat: boolean;
     /** The delta applied last. */
     last: Delta | null;
     /** When vertices were appended last, on `clock`. */
@@ -54,7 +59,7 @@ export declare class UnweldGeometry extends BufferGeometry<Record<string, Buffer
     get jump(): number;
     /** Bytes of attributes and index. */
     get bytes(): number;
-    /** Bytes that a level takes, without what the residue adds to level 0. */
+    /** Bytes that a level takes, without what residue and attributes of the file add to level 0. */
     bytesOf({ vertices, triangles }: Level): number;
     /** Seconds since loading began: what `geomorph` wants to know. */
     clock(): number;

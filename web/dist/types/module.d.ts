@@ -16,6 +16,9 @@ export interface Changes {
     rewritten: Uint32Array;
     rewrittenIndices: Uint32Array;
     jump: number;
+    wedges: Uint32Array;
+    wedgeIndices: Uint32Array;
+    values: Uint8Array;
 }
 /** Compiles the module, once for each address. */
 export declare function compile(url: string | URL | undefined): Promise<WebAssembly.Module>;

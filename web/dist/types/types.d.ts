@@ -30,6 +30,46 @@ export interface Contents {
         readonly name: string;
         readonly components: number;
     }[];
+    /** What else the file has at corners and triangles: `Delta.attributes` tells the values. */
+    readonly fileAttributes: readonly FileAttribute[];
+}
+/** An attribute of a file, but for its values. */
+export interface FileAttribute {
+    /** What it is called here: `uv`, `uv1`, `normal`, `color`, `part` and so on, or the source's name; no two alike. */
+    readonly name: string;
+    readonly semantic: "normal" | "tangent" | "uv" | "color" | "joints" | "weights" | "part" | "generic";
+    /** Which of several of the same semantic, from 0. */
+    readonly set: number;
+    /** Whether each corner has a value, and with it each wedge, or each triangle. */
+    readonly domain: "corner" | "triangle";
+    /** Numbers a value. */
+    readonly components: number;
+    /** The type of the numbers: that of the source, but binary32 for its binary64. */
+    readonly type: NumberType;
+    /** Whether integers stand for fractions: of 0 to 1, or of -1 to 1 where they have a sign. */
+    readonly normalised: boolean;
+    /** Whether some have no value: then the numbers are 0, of parts the largest of their type. */
+    readonly partial: boolean;
+    /** The coarsest level that has it: 0. */
+    readonly level: number;
+    /** Root mean square of what quantisation has lost, in the units of the values; of normals in degrees. */
+    readonly error: number;
+}
+/** Types of numbers, in few letters. */
+export type NumberType = "u8" | "i8" | "u16" | "i16" | "u32" | "i32" | "f32";
+/** Numbers of an attribute, in an array of their type. */
+export type Numbers = Uint8Array | Int8Array | Uint16Array | Int16Array | Uint32Array | Int32Array | Float32Array;
+/**
+ * The attributes of the finest level. A wedge is a vertex with one value of each attribute at corners, what a graphics card calls a vertex: where texture
+ * coordinates have a seam, a vertex has several.
+ */
+export interface Attributes {
+    /** The vertex of each wedge. */
+    readonly vertices: Uint32Array;
+    /** The wedges of all triangles, three a triangle, as `Delta.indices` has their vertices. */
+    readonly indices: Uint32Array;
+    /** By the names of `contents.fileAttributes`: values by wedge, or by triangle. */
+    readonly values: Readonly<Record<string, Numbers>>;
 }
 /** A level of detail. */
 export interface Level {
@@ -76,6 +116,8 @@ export interface Delta {
         readonly triangles: Uint32Array;
         readonly indices: Uint32Array;
     };
+    /** The file's attributes, told once: when they are there, after level 0, and again where everything is new. Else `null`. */
+    readonly attributes: Attributes | null;
     /** What the file holds. */
     readonly contents: Contents;
     /** The finest level that is complete, or `null` before the base is. */
@@ -109,6 +151,8 @@ export interface Metadata {
     readonly dropped: readonly string[];
     readonly conditioning: readonly (readonly [string, number])[];
     readonly diagonal: number;
+    /** Names of parts by number. */
+    readonly partNames: readonly string[];
 }
 /** Which of a level's two errors is meant: `"max"` is `maxError`, `"rms"` is `rmsError`. */
 export type Measure = "max" | "rms";

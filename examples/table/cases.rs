@@ -36,7 +36,8 @@ impl Case {
             // The error's text has the path and the cause.
             unweld::formats::read(path).map_err(|e| anyhow!("{e}"))?.mesh
         };
-        Self::of(name, mesh, bits)
+        // The peers are given positions and triangles alone.
+        Self::of(name, IndexedMesh::new(mesh.positions, mesh.triangles), bits)
     }
 
     /// Conditions a mesh.

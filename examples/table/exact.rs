@@ -25,7 +25,9 @@ pub fn table(files: &[PathBuf]) -> anyhow::Result<Table> {
             Coordinates::Float32 => Real::Binary32,
             Coordinates::Float64 | Coordinates::Text => Real::Binary64,
         };
-        table.rows.push(row(&name, &source.mesh, real).with_context(|| name.clone())?);
+        // Positions and triangles alone, as the arrays have.
+        let mesh = IndexedMesh::new(source.mesh.positions, source.mesh.triangles);
+        table.rows.push(row(&name, &mesh, real).with_context(|| name.clone())?);
     }
     Ok(table)
 }

@@ -1,4 +1,5 @@
 //! Attributes there and back: every corner has the values that it had, whatever the mesh is like.
+#![cfg(feature = "encode")]
 
 use proptest::prelude::*;
 use unweld::codec::grid::Real;

@@ -28,6 +28,8 @@ fn a_draft_is_the_file_it_was_made_from() {
         "exact.uwm",
         "order.uwm",
         "births.uwm",
+        "values.uwm",
+        "exact_values.uwm",
         "hand.uwm",
     ] {
         let bytes = load(name);

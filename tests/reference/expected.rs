@@ -88,10 +88,9 @@ impl Values {
             [value[0], value[1]] = frame.leave([value[0], value[1]])?;
         }
         if guess.count > 1 {
-            for k in 0..n {
-                for w in 0..guess.count {
-                    let off = bits(value[k].wrapping_sub(guess.ways[w][k]).unsigned_abs());
-                    let cost = &mut self.costs[k][w];
+            for (k, (value, costs)) in value.iter().zip(&mut self.costs).enumerate() {
+                for (cost, way) in costs.iter_mut().zip(&guess.ways).take(guess.count) {
+                    let off = bits(value.wrapping_sub(way[k]).unsigned_abs());
                     *cost = *cost - (*cost >> 6) + i64::from(off);
                 }
             }
@@ -261,12 +260,12 @@ fn normals(at: &Place, about: &Attribute, mut guess: Expected) -> Expected {
     }
     guess.count = 3;
     guess.sources = at.corners.len();
-    for i in 0..3 {
+    for ((way, s), length) in guess.ways.iter_mut().zip(s).zip(lengths) {
         if about.quantisation == 2 {
-            guess.ways[i][..2].copy_from_slice(&nearest(s[i], radius(about)));
+            way[..2].copy_from_slice(&nearest(s, radius(about)));
         } else {
-            for k in 0..about.components.min(3) {
-                round(about, &mut guess.ways[i], k, s[i][k] / lengths[i]);
+            for (k, x) in s.into_iter().enumerate().take(about.components) {
+                round(about, way, k, x / length);
             }
         }
     }

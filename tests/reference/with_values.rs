@@ -97,9 +97,11 @@ fn both_read(mesh: &IndexedMesh, options: Options) -> bool {
     seen.whole.values.len() == mesh.triangles.len() && seen.about.len() == mesh.attributes.len()
 }
 
-/// Quantised, and exactly in the order of the input.
-fn both_ways(seed: u64) -> [Options; 2] {
-    let mut options = Options { keyframes: Keyframes::Every(4), ..Options::default() };
+/// Quantised, with other bits for each attribute, and exactly in the order of the input.
+fn both_ways(mesh: &IndexedMesh, seed: u64) -> [Options; 2] {
+    let bits = |(k, a): (usize, &Attribute)| (a.title(), 2 + ((seed >> 7) as u32 + 5 * k as u32) % 23);
+    let attribute_bits = mesh.attributes.iter().enumerate().map(bits).collect();
+    let mut options = Options { keyframes: Keyframes::Every(4), attribute_bits, ..Options::default() };
     options.simplify.seed = seed;
     let exact = Options { exact: Some(Real::Binary64), keep_order: true, ..options.clone() };
     [options, exact]
@@ -109,7 +111,7 @@ fn both_ways(seed: u64) -> [Options; 2] {
 fn shapes_with_values() {
     for (k, mesh) in every_shape().into_iter().enumerate() {
         let mesh = valued(mesh, k as u64);
-        for options in both_ways(k as u64) {
+        for options in both_ways(&mesh, (k as u64) << 6) {
             assert!(both_read(&mesh, options));
         }
     }
@@ -120,13 +122,13 @@ fn no_value_anywhere() {
     let mut mesh = shapes::torus(5, 4);
     let nowhere = vec![NO_VALUE; 3 * mesh.triangles.len()];
     mesh.attributes.push(Attribute::new(Semantic::Generic, 1, Values::F32(vec![]), nowhere.clone()));
-    for options in both_ways(0) {
+    for options in both_ways(&mesh, 0) {
         assert!(both_read(&mesh, options));
     }
     // A surface of nothing, and a further triangle.
     let mut mesh = IndexedMesh::new(vec![[0.0; 3]; 2], vec![[0, 1, 1]]);
     mesh.attributes.push(Attribute::new(Semantic::Generic, 1, Values::F32(vec![]), nowhere[..3].to_vec()));
-    for options in both_ways(0) {
+    for options in both_ways(&mesh, 0) {
         assert!(both_read(&mesh, options));
     }
 }
@@ -159,7 +161,7 @@ proptest! {
     #[test]
     fn any_soup_with_values(mesh in soup(), seed: u64) {
         let mesh = valued(mesh, seed);
-        for options in both_ways(seed) {
+        for options in both_ways(&mesh, seed) {
             prop_assert!(both_read(&mesh, options));
         }
     }

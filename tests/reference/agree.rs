@@ -6,7 +6,9 @@ use std::sync::Arc;
 use unweld::container::{AtomKind, Contents};
 use unweld::container::{Part, Plan};
 use unweld::decoder::{Decoder, Event, Options};
+use unweld::mesh::attributes::Domain;
 
+use super::attribute::Attribute;
 use super::container::{File, KEYFRAME};
 use super::decode::decode;
 use super::residue::Whole;
@@ -17,6 +19,7 @@ type Point = [i64; 3];
 #[derive(Debug, PartialEq)]
 pub struct Seen {
     pub levels: Vec<Shown>,
+    pub about: Vec<About>,
     pub whole: Whole,
 }
 
@@ -71,6 +74,11 @@ fn same(ours: Result<Seen, String>, theirs: unweld::Result<Seen>, start: usize) 
                 |seen: &Seen| seen.whole.positions.iter().map(|p| p.map(f64::to_bits)).collect::<Vec<_>>();
             let same = bits(&ours) == bits(&theirs) && ours.whole.triangles == theirs.whole.triangles;
             assert!(same, "the whole from level {start} is not the same");
+            assert_eq!(ours.about, theirs.about, "from level {start}");
+            for (t, (ours, theirs)) in ours.whole.values.iter().zip(&theirs.whole.values).enumerate() {
+                assert_eq!(ours, theirs, "values of triangle {t} from level {start}");
+            }
+            assert_eq!(ours.whole.values.len(), theirs.whole.values.len());
             Some(ours)
         }
         // A decoder may give up for want of memory or time; the reference never does.
@@ -93,7 +101,7 @@ pub fn by_reference(file: &File, start: usize) -> Result<Seen, String> {
             roots: mesh.roots.iter().map(|&(u, w)| [at(u), at(w)]).collect(),
         });
     })?;
-    Ok(Seen { levels, whole })
+    Ok(Seen { levels, about: file.attributes.iter().map(About::read).collect(), whole })
 }
 
 /// What the crate shows, from the base or from the keyframe of a level.
@@ -125,7 +133,60 @@ pub fn by_crate(bytes: &[u8], start: Option<usize>) -> unweld::Result<Seen> {
     decoder.finish()?;
     let assembled = decoder.assembled()?;
     let triangles = assembled.triangles.iter().map(|t| t.map(|v| v as usize)).collect();
-    Ok(Seen { levels, whole: Whole { positions: assembled.positions, triangles } })
+    let values = match assembled.attributes.is_empty() {
+        true => vec![],
+        false => (0..assembled.triangles.len())
+            .map(|t| [0, 1, 2].map(|k| assembled.attributes.iter().map(|a| numbers(a, t, k)).collect()))
+            .collect(),
+    };
+    let about = assembled.attributes.iter().map(About::of).collect();
+    Ok(Seen { levels, about, whole: Whole { positions: assembled.positions, triangles, values } })
+}
+
+/// The bits of the numbers at a corner of a mesh.
+fn numbers(a: &unweld::mesh::Attribute, triangle: usize, corner: usize) -> Option<Vec<u64>> {
+    let low =
+        [0xFF, 0xFFFF, u64::from(u32::MAX), u64::MAX][[0, 0, 1, 1, 2, 2, 2, 3][a.values.stored() as usize]];
+    let value = a.at(triangle, corner)?;
+    Some((0..a.components).map(|k| a.values.bits(value * a.components + k) & low).collect())
+}
+
+/// What tells one attribute from another.
+#[derive(Debug, PartialEq)]
+pub struct About {
+    semantic: u8,
+    stored: u8,
+    components: usize,
+    of_triangles: bool,
+    normalised: bool,
+    set: u64,
+    name: String,
+}
+
+impl About {
+    fn of(a: &unweld::mesh::Attribute) -> Self {
+        Self {
+            semantic: a.semantic as u8,
+            stored: a.values.stored() as u8,
+            components: a.components,
+            of_triangles: a.domain == Domain::Triangle,
+            normalised: a.normalised,
+            set: a.set.into(),
+            name: a.name.clone(),
+        }
+    }
+
+    fn read(a: &Attribute) -> Self {
+        Self {
+            semantic: a.semantic,
+            stored: a.stored,
+            components: a.components,
+            of_triangles: a.marks % 2 == 1,
+            normalised: a.marks / 2 % 2 == 1,
+            set: a.set,
+            name: a.name.clone(),
+        }
+    }
 }
 
 /// From the keyframe of level `start` to the end, keyframes of other levels left out.

@@ -4,7 +4,7 @@ use super::container::{BASE, BIRTH, File, KEYFRAME, Level, METADATA, PRECISION, 
 use super::refinement::{self, Models};
 use super::residue::Whole;
 use super::walk::Mesh;
-use super::{correction, keyframe, metadata, order, residue};
+use super::{attributes, correction, keyframe, metadata, order, residue};
 
 /// Decodes from the base or the keyframe of level `start` to the whole of level 0. Each level is shown to `see`.
 pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> Result<Whole> {
@@ -33,6 +33,7 @@ pub fn decode(file: &File, start: usize, see: &mut dyn FnMut(usize, &Mesh)) -> R
         }
     }
     let (mut whole, origins) = residue::whole(file, &mesh)?;
+    attributes::give_values(file, &mesh, &mut whole, &origins)?;
     correction::correct(file, &mut whole, &origins)?;
     let whole = order::put_in_order(file, &mesh, whole, &origins)?;
     let payload = file.payload(METADATA, 0);

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
+use unweld::mesh::attributes::{Attribute, NO_VALUE, Semantic, Values};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::simplify::Method;
@@ -97,7 +98,46 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
                 ..small(8, 4, 5)
             },
         ),
+        ("values.uwm", painted(), Options { keyframes: Keyframes::Every(4), ..small(10, 6, 8) }),
+        (
+            "exact_values.uwm",
+            painted(),
+            Options { exact: Some(Real::Binary32), keep_order: true, ..small(10, 6, 8) },
+        ),
     ]
+}
+
+/// A ball and a triangle that it has twice: texture coordinates with a seam, normals, colours at corners, a part for each triangle, and
+/// a number that not all corners have.
+fn painted() -> IndexedMesh {
+    let mut mesh = snapped(shapes::sphere(1));
+    mesh.triangles.push(mesh.triangles[4]);
+    let (mut uv, mut normals, mut colours, mut numbers) = (vec![], vec![], vec![], vec![]);
+    for t in &mesh.triangles {
+        let middle: f64 = t.iter().map(|&v| mesh.positions[v as usize][0]).sum();
+        for &v in t {
+            let p = mesh.positions[v as usize];
+            // Two charts, one for each half.
+            uv.extend([(p[1] + if middle < 0.0 { 3.0 } else { 0.0 }) as f32, p[2] as f32]);
+            let length = (p[0] * p[0] + p[1] * p[1] + p[2] * p[2]).sqrt();
+            normals.extend(p.map(|x| (x / length) as f32));
+            colours.extend(p.map(|x| (128.0 + 100.0 * x) as u8));
+            numbers.push((p[0] * 7.0) as i16);
+        }
+    }
+    let corners: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
+    let partly = corners.iter().map(|&c| if c % 40 < 9 { NO_VALUE } else { c }).collect();
+    mesh.attributes = vec![
+        Attribute::new(Semantic::TexCoord, 2, Values::F32(uv), corners.clone()),
+        Attribute::new(Semantic::Normal, 3, Values::F32(normals), corners.clone()),
+        Attribute { normalised: true, ..Attribute::new(Semantic::Color, 3, Values::U8(colours), corners) },
+        Attribute {
+            name: "heat".into(),
+            ..Attribute::new(Semantic::Generic, 1, Values::I16(numbers), partly)
+        },
+        Attribute::parts(&(0..mesh.triangles.len() as u32).map(|t| t / 30).collect::<Vec<_>>()),
+    ];
+    mesh
 }
 
 /// A ball, three tetrahedra, two strips and twelve loose triangles, each apart from the others and of another size.
@@ -202,6 +242,14 @@ fn they_are_what_the_read_me_says() {
     let joined = File::read(&load("joined.uwm")).unwrap();
     assert_eq!((joined.levels[0].vertices, joined.levels[0].triangles), (30, 60));
     assert_eq!((beyond("joined.uwm"), joined.levels.len()), ([true, false], 9));
+    assert_eq!(figures("values.uwm"), (12, 3, true, 6, 0));
+    assert_eq!(figures("exact_values.uwm"), (12, 0, true, 6, 0));
+    let kinds = |name| {
+        let file = File::read(&load(name)).unwrap();
+        file.attributes.iter().map(|a| (a.semantic, a.quantisation, a.marks % 8)).collect::<Vec<_>>()
+    };
+    assert_eq!(kinds("values.uwm"), [(2, 1, 0), (0, 2, 0), (3, 0, 2), (7, 0, 4), (6, 0, 1)]);
+    assert_eq!(kinds("exact_values.uwm"), [(2, 3, 0), (0, 3, 0), (3, 0, 2), (7, 0, 4), (6, 0, 1)]);
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
     let births = File::read(&load("births.uwm")).unwrap();
     let with = (0..births.levels.len()).filter(|&j| !births.atoms_of(BIRTH, j).is_empty()).count();

@@ -2,6 +2,7 @@
 //! crate's decoder.
 #![cfg(feature = "encode")]
 
+mod attributes;
 mod codes;
 mod connectivity;
 mod container;
@@ -11,6 +12,7 @@ mod correction;
 mod decisions;
 mod decode;
 mod entropy;
+mod expected;
 mod grids;
 mod keyframe;
 mod lifting;
@@ -39,3 +41,4 @@ mod golden;
 mod hostile;
 mod on_shapes;
 mod real;
+mod with_values;

@@ -21,7 +21,8 @@ pub fn put_in_order(file: &File, mesh: &Mesh, whole: Whole, origins: &Origins) -
 
 /// §11, up to the end of the code.
 pub fn read_order(code: &mut Code, mesh: &Mesh, whole: &Whole, origins: &Origins) -> Result<Whole> {
-    let triangles = read_triangles(code, &Surface::of(mesh, origins), whole)?;
+    let turned = read_triangles(code, &Surface::of(mesh, origins), whole)?;
+    let triangles: Vec<_> = turned.iter().map(|t| t.map(|(place, k)| whole.triangles[place][k])).collect();
     let (corners, instances) = read_instances(code, &triangles, whole.positions.len())?;
     let order = read_vertices(code, &corners, instances.len())?;
     let number: BTreeMap<usize, usize> =
@@ -29,6 +30,10 @@ pub fn read_order(code: &mut Code, mesh: &Mesh, whole: &Whole, origins: &Origins
     Ok(Whole {
         positions: order.iter().map(|&instance| whole.positions[instances[instance]]).collect(),
         triangles: corners.iter().map(|t| t.map(|instance| number[&instance])).collect(),
+        values: match whole.values.is_empty() {
+            true => vec![],
+            false => turned.iter().map(|t| t.map(|(place, k)| whole.values[place][k].clone())).collect(),
+        },
     })
 }
 
@@ -72,8 +77,8 @@ fn three(code: &mut Code, m: &mut [Model; 2]) -> Result<usize> {
     Ok(1 + usize::from(code.read(&mut m[1])?))
 }
 
-/// §11.1: the triangles of the input, by vertices of the whole.
-fn read_triangles(code: &mut Code, surface: &Surface, whole: &Whole) -> Result<Vec<[usize; 3]>> {
+/// §11.1: the triangles of the input; of each corner the triangle of the whole and its place there.
+fn read_triangles(code: &mut Code, surface: &Surface, whole: &Whole) -> Result<Vec<[(usize, usize); 3]>> {
     let mut numbers = vec![Number::FRESH; 5];
     let mut jumps = Number::FRESH;
     let mut near = [[Model::FRESH; 5]; 5];
@@ -122,8 +127,7 @@ fn read_triangles(code: &mut Code, surface: &Surface, whole: &Whole) -> Result<V
         left.retain(|&other| other != place);
         read.push((place, first));
     }
-    let corner = |(place, first): (usize, usize), i| whole.triangles[place][(first + i) % 3];
-    Ok(read.into_iter().map(|it| [0, 1, 2].map(|i| corner(it, i))).collect())
+    Ok(read.into_iter().map(|(place, first)| [0, 1, 2].map(|i| (place, (first + i) % 3))).collect())
 }
 
 /// §11.2: the instances at the corners, and the vertices of the instances.

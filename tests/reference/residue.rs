@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::attributes::Numbers;
 use super::container::{File, RESIDUE, Result, demand, refuse};
 use super::entropy::{Code, Model, Number};
 use super::walk::{Mesh, Walk};
@@ -11,6 +12,8 @@ use super::walk::{Mesh, Walk};
 pub struct Whole {
     pub positions: Vec<[f64; 3]>,
     pub triangles: Vec<[usize; 3]>,
+    /// What attributes say at the corners of the triangles (§13); nothing where the file has none.
+    pub values: Vec<[Numbers; 3]>,
 }
 
 /// What the chapters after this one want to know of a whole.
@@ -174,5 +177,5 @@ fn assemble(file: &File, mesh: &Mesh, walk: &Walk, vertices: &[usize], residue: 
         .collect();
     let mut triangles: Vec<_> = corners.iter().map(|t| t.map(|v| named[place[&v]])).collect();
     triangles.extend(residue.triangles.iter().map(|t| t.map(|name| named[name])));
-    (Whole { positions, triangles }, Origins { points, corners, turned: residue.turned })
+    (Whole { positions, triangles, values: vec![] }, Origins { points, corners, turned: residue.turned })
 }

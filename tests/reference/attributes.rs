@@ -202,8 +202,9 @@ fn read_vertices(
 ) -> Result<()> {
     let mut broken = [Model::FRESH; 3];
     let mut breaks = [[Model::FRESH; 3]; 3];
+    let listed = listed(mesh, walk);
     for v in walk.vertices(mesh) {
-        let corners = fan(mesh, walk, v);
+        let corners = fan(mesh, &listed[v]);
         let k = corners.len();
         let is_boundary = mesh.opposite(mesh.prev(corners[0])).is_none();
         let spokes = usize::from(is_boundary)..k;
@@ -239,9 +240,17 @@ fn read_vertices(
 }
 
 /// §13.3: the corners at a vertex.
-fn fan(mesh: &Mesh, walk: &Walk, v: usize) -> Vec<Edge> {
-    let listed = walk.triangles.iter().flat_map(|&c| [mesh.next(c), mesh.prev(c), c]);
-    let at: Vec<Edge> = listed.filter(|&c| mesh.tip(c) == v).collect();
+/// For each vertex its corners as the walk comes to them.
+fn listed(mesh: &Mesh, walk: &Walk) -> Vec<Vec<Edge>> {
+    let mut listed = vec![vec![]; mesh.points.len()];
+    for c in walk.triangles.iter().flat_map(|&c| [mesh.next(c), mesh.prev(c), c]) {
+        listed[mesh.tip(c)].push(c);
+    }
+    listed
+}
+
+/// The corners round a vertex, of its corners as they are listed.
+fn fan(mesh: &Mesh, at: &[Edge]) -> Vec<Edge> {
     let leaves = |&&c: &&Edge| mesh.opposite(mesh.prev(c)).is_none();
     let first = *at.iter().find(leaves).unwrap_or(&at[0]);
     let mut corners = vec![first];
@@ -296,8 +305,9 @@ fn read_further(
         named.extend((0..3).map(|k| (corners[k], whole.triangles[t][k])));
     }
     let mut lists: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    let listed = listed(mesh, walk);
     for v in walk.vertices(mesh) {
-        let mut here: Vec<usize> = fan(mesh, walk, v).iter().map(|c| wedges.of[c]).collect();
+        let mut here: Vec<usize> = fan(mesh, &listed[v]).iter().map(|c| wedges.of[c]).collect();
         here.sort_unstable();
         here.dedup();
         lists.entry(named[&v]).or_default().extend(here);

@@ -118,7 +118,7 @@ impl Values {
         let guess = Expected { ways, count: 1, sources: 0, spread: vec![0; integers(about)] };
         match about.semantic {
             4 | 6 => guess,
-            NORMALS => normals(at, about, guess),
+            NORMALS if about.quantisation >= 2 => normals(at, about, guess),
             _ => self.means(at, about, guess, &known),
         }
     }

@@ -81,9 +81,12 @@ pub(super) fn guess(
         near[..value.len()].copy_from_slice(value);
     }
     let mut guess = Guess { ways: [near; WAYS], count: 1, spread: [0; MOST], sources: 0 };
+    // What is on a lattice or an integer may be of any length; a surface tells directions alone.
+    let is_direction =
+        matches!(column.kind.quantisation, Quantisation::Octahedral { .. } | Quantisation::Raw);
     match column.kind.semantic {
         Semantic::Joints | Semantic::Part => {}
-        Semantic::Normal => normal(&mut guess, around, column, corners),
+        Semantic::Normal if is_direction => normal(&mut guess, around, column, corners),
         _ => linear(&mut guess, memory, around, column, corners),
     }
     guess

@@ -23,7 +23,7 @@ impl IndexedMesh {
         Self { positions, triangles, ..Self::default() }
     }
 
-    /// What the mesh has beside positions and triangles, which no file keeps yet, in words for the user, e.g.
+    /// What the mesh has beside positions and triangles, which is lost where it is given other triangles; in words for the user, e.g.
     /// `"normal (3 numbers, 24 values)"`.
     pub fn uncoded(&self) -> Vec<String> {
         let named = |attribute: &Attribute| {

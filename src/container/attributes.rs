@@ -114,7 +114,7 @@ impl AttributeEntry {
         let set = fields.count(u32::MAX, "the set of an attribute")?;
         let at = fields.offset();
         let birth = fields.count(u32::MAX, "the level of an attribute's birth")?;
-        fields.require(birth == 0, at, || format!("an attribute is born at level {birth}, allowed 0"))?;
+        fields.require(birth < 1 << 20, at, || format!("an attribute is born at level {birth}"))?;
         let length = fields.count(Self::MAX_NAME_BYTES as u32, "the length of an attribute's name")?;
         let at = fields.offset();
         let name = fields.bytes(length as usize)?.to_vec();

@@ -184,6 +184,18 @@ impl Contents {
         self.levels.iter().rposition(close).unwrap_or(0) as u32
     }
 
+    /// The attributes that are born at a level finer than the base, or at level 0.
+    pub fn births_at(&self, level: u32) -> Vec<usize> {
+        let is_base = level > 0 && level == self.base_level();
+        let born = |k: &usize| !is_base && self.attributes[*k].birth == level;
+        (0..self.attributes.len()).filter(born).collect()
+    }
+
+    /// The attributes that a base or keyframe of a level has behind its positions: those that are alive there, but those born at level 0.
+    pub fn alive_at(&self, level: u32) -> Vec<usize> {
+        (0..self.attributes.len()).filter(|&k| self.attributes[k].birth >= level.max(1)).collect()
+    }
+
     /// The atoms that lead from level `j + 1` to level `j`: precision, refinement, births; at the base, its own.
     /// Empty where the file has no such level.
     pub fn steps(&self, j: u32) -> Range<usize> {

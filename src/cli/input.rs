@@ -101,12 +101,12 @@ impl Mesh {
         };
         let contents = &uwm.contents;
         let parts = [
-            ("the residue", contents.residue()),
-            ("attributes", contents.attribute_atoms()),
-            ("exact coordinates", contents.correction()),
-            ("the order of the input", contents.order()),
+            ("the residue", !contents.residue().is_empty()),
+            ("attributes", contents.attributes.iter().any(|attribute| attribute.birth < level)),
+            ("exact coordinates", !contents.correction().is_empty()),
+            ("the order of the input", !contents.order().is_empty()),
         ];
-        let parts = parts.into_iter().filter(|(_, atoms)| !atoms.is_empty() && level > 0);
+        let parts = parts.into_iter().filter(|&(_, is_there)| is_there && level > 0);
         let parts: Vec<_> = parts.map(|(name, _)| name).collect();
         let lost = (!parts.is_empty())
             .then(|| format!("level {level} is without what level 0 has: {}", parts.join(", ")));

@@ -30,7 +30,7 @@ pub struct AttributeEntry {
     pub normalised: bool,
     /// Whether some corners, or triangles, may have no value.
     pub partial: bool,
-    /// The coarsest level that has it; 0 in this version.
+    /// The coarsest level that has it, 0 to the base.
     pub birth: u32,
     /// How numbers are coded.
     pub quantisation: Quantisation,
@@ -80,7 +80,7 @@ impl AttributeEntry {
         }
     }
 
-    /// Reads the next one.
+    /// Reads the next one. Whether there is the level that it is born at is not known yet.
     pub(super) fn read(fields: &mut Fields) -> std::result::Result<Self, FormatError> {
         let at = fields.offset();
         let [types, shape, marks] = [fields.u8()?, fields.u8()?, fields.u8()?];
@@ -112,9 +112,7 @@ impl AttributeEntry {
             "a part is one integer a triangle".to_owned()
         })?;
         let set = fields.count(u32::MAX, "the set of an attribute")?;
-        let at = fields.offset();
         let birth = fields.count(u32::MAX, "the level of an attribute's birth")?;
-        fields.require(birth < 1 << 20, at, || format!("an attribute is born at level {birth}"))?;
         let length = fields.count(Self::MAX_NAME_BYTES as u32, "the length of an attribute's name")?;
         let at = fields.offset();
         let name = fields.bytes(length as usize)?.to_vec();

@@ -71,6 +71,27 @@ pub fn attributed_file() -> FileBuilder {
     file
 }
 
+/// The same with a component born at level 1, and with attributes that are born at all three levels: at level 1 uv and color.
+///
+/// Atoms: 0 base, 1 to 3 level 1, 4 its birth, 5 and 6 its attributes, 7 to 9 level 0, 10 residue, 11 attributes, 12 metadata, 13 keyframe of
+/// level 1.
+pub fn born_file() -> FileBuilder {
+    let mut file = attributed_file();
+    for (attribute, birth) in file.attributes.iter_mut().zip([2, 1, 1, 0, 0]) {
+        attribute.birth = birth;
+    }
+    for level in &mut file.levels[..2] {
+        (level.vertices, level.triangles) = (level.vertices + 4, level.triangles + 4);
+    }
+    let precise =
+        file.pieces.iter_mut().filter(|piece| piece.kind == AtomKind::Precision && piece.level == 0);
+    precise.zip([14, 10]).for_each(|(piece, items)| piece.items = items);
+    file.birth(1, [4, 4], b"component");
+    file.payload(AtomKind::Attributes, 1, b"coarse");
+    file.payload(AtomKind::Attributes, 1, b"values");
+    file
+}
+
 /// Any attribute that a table may tell of.
 pub fn any_attribute() -> impl Strategy<Value = AttributeEntry> {
     let stored = (0..Stored::ALL.len()).prop_map(|i| Stored::ALL[i]);
@@ -122,7 +143,7 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
     let errors = vec((0.0..1e30f64, 0.0..1e30f64), 4);
     let step = prop_oneof![Just(0.0), Just(0.25), 1e-6..1e9f64];
     let frame = (8u32..=24, step, prop_oneof![Just(0.5), -1e9..1e9f64], any::<[u32; 3]>());
-    let payloads = (payloads, vec(any_attribute(), 0..3));
+    let payloads = (payloads, vec((any_attribute(), any::<u32>()), 0..4));
     (finer, payloads, errors, frame).prop_map(|(finer, (payloads, attributes), errors, frame)| {
         let (base, residue, metadata, place) = payloads;
         let (bits, step, x, maximum) = frame;
@@ -133,6 +154,9 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
         let mut levels = vec![level];
         let lattice = Lattice { origin: [x, -x, 0.0], step, bits };
         let mut file = FileBuilder::new(lattice, maximum.map(|m| m & ((1 << bits) - 1)), Vec::new());
+        let born = attributes.into_iter();
+        file.attributes =
+            born.map(|(entry, birth)| AttributeEntry { birth: birth % (depth + 1), ..entry }).collect();
         file.payload(AtomKind::Base, depth, &base);
         for (i, (operations, shift, _, per_atom)) in finer.iter().enumerate() {
             let j = depth - 1 - i as u32;
@@ -145,15 +169,17 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
                 level.vertices += items;
                 level.triangles += triangles;
             }
+            if j > 0 && file.attributes.iter().any(|attribute| attribute.birth == j) {
+                file.payload(AtomKind::Attributes, j, &base);
+            }
             level.precision -= shift;
             (level.max_error, level.rms_error) = errors[i];
             levels.push(level);
         }
         file.payload(AtomKind::Residue, 0, &residue);
-        if !attributes.is_empty() {
+        if file.attributes.iter().any(|attribute| attribute.birth == 0) {
             file.payload(AtomKind::Attributes, 0, &base);
         }
-        file.attributes = attributes;
         file.payload(AtomKind::Metadata, 0, &metadata);
         for (i, (.., keyframe, _)) in finer.iter().enumerate() {
             if *keyframe {

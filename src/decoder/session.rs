@@ -281,7 +281,8 @@ impl Session {
         let entry = &contents.levels[atom.level as usize];
         let cells = cells(contents, atom.level);
         let expected = Expected { vertices: entry.vertices, triangles: entry.triangles, cells };
-        let born = contents.alive_at(atom.level);
+        // Those of level 0 come behind its residue.
+        let born: Vec<usize> = contents.alive_at(atom.level.max(1)).collect();
         let attributes = &mut self.attributes;
         let behind = |behind: Behind, budget: &mut Budget| {
             let Behind { mesh, walk, coder } = behind;
@@ -395,8 +396,8 @@ impl Session {
         }
         self.level = Some(level);
         events.push_back(Event::Level { level, max_error: entry.max_error, rms_error: entry.rms_error });
-        // What is born at a level belongs to it.
-        if contents.births_at(level).is_empty() {
+        // What is born at a level belongs to it; a base or keyframe has it already.
+        if level == 0 || level == self.start || contents.births_at(level).next().is_none() {
             self.stop_where_reached(contents, level, events);
         }
         Ok(())
@@ -428,7 +429,7 @@ impl Session {
             log.part(&self.attributes.wedges);
         }
         let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
-        let born = contents.births_at(atom.level);
+        let born: Vec<usize> = contents.births_at(atom.level).collect();
         let mut coder = RangeDecoder::new(payload);
         let ground = Ground { mesh: &self.mesh, walk: &walk, born: &born };
         let outcome = self.attributes.bear(ground, &mut coder, &Nothing, &mut self.budget);

@@ -201,6 +201,7 @@ fn plan(contents: &Contents, start: u32) -> Plan {
     let keyframe = part(&|kind, level| kind == AtomKind::Keyframe && level == start);
     let onwards = part(&|kind, level| match kind {
         AtomKind::Precision | AtomKind::Refinement | AtomKind::Birth => level < start,
+        AtomKind::Attributes if level > 0 => level < start,
         AtomKind::Residue
         | AtomKind::Attributes
         | AtomKind::Correction

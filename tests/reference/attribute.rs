@@ -11,6 +11,8 @@ pub struct Attribute {
     pub quantisation: u8,
     pub marks: u8,
     pub set: u64,
+    /// The level at which it is born.
+    pub birth: u64,
     pub name: String,
     pub bits: u8,
     pub origin: Vec<f64>,
@@ -41,7 +43,7 @@ fn read(table: &mut Fields) -> Result<Attribute> {
     demand(marks / 8 == 0 || quantisation == 1, "3.3: marks of a lattice")?;
     let set = table.varint()?;
     demand(set < 1 << 32, "3.3: set of an attribute")?;
-    demand(table.varint()? == 0, "3.3: birth of an attribute")?;
+    let birth = table.varint()?;
     let length = table.varint()?;
     demand(length <= 255, "3.6: name of an attribute")?;
     let name = std::str::from_utf8(table.take(length as usize)?);
@@ -86,6 +88,7 @@ fn read(table: &mut Fields) -> Result<Attribute> {
         quantisation,
         marks,
         set,
+        birth,
         name,
         bits,
         origin,
@@ -106,6 +109,7 @@ fn the_example_of_the_chapter() {
         quantisation: 1,
         marks: 4 + 8 + 16,
         set: 1,
+        birth: 0,
         name: String::new(),
         bits: 12,
         origin: vec![0.0, 0.5],
@@ -161,6 +165,66 @@ fn entries_with_any_byte_changed() {
                     (Err(_), Err(_)) => broken += 1,
                     (told, read) => panic!("{bytes:?}: {told:?}, {:?}", read.err()),
                 }
+            }
+        }
+    }
+    assert!(sound > 1000 && broken > 1000, "{sound} {broken}");
+}
+
+/// Attributes born at all levels, behind the birth of a component: both see the same atoms, and refuse the same tables.
+#[test]
+fn births_with_any_byte_of_the_table_changed() {
+    use super::container::{ATTRIBUTES, File, crc32c};
+    use unweld::container::{AtomKind, AttributeEntry, FileBuilder, Level, parse_contents};
+    use unweld::mesh::attributes::{Quantisation, Semantic, Values};
+    let level = |vertices, triangles| Level { vertices, triangles, ..Level::default() };
+    let lattice = unweld::mesh::Lattice { origin: [0.0; 3], step: 1.0, bits: 8 };
+    let mut file = FileBuilder::new(lattice, [1; 3], vec![level(10, 12), level(9, 10), level(4, 4)]);
+    let color = unweld::mesh::Attribute::new(Semantic::Color, 3, Values::U8(vec![0; 3]), Vec::new());
+    let born = |birth| AttributeEntry { birth, ..AttributeEntry::of(&color, Quantisation::Integer, 0.0) };
+    file.attributes = [2, 1, 1, 0].map(born).to_vec();
+    file.payload(AtomKind::Base, 2, b"base");
+    file.atom(AtomKind::Refinement, 1, 1, 2, b"r".to_vec());
+    file.birth(1, [4, 4], b"component");
+    file.payload(AtomKind::Attributes, 1, b"coarse");
+    file.atom(AtomKind::Refinement, 0, 1, 2, b"r".to_vec());
+    file.payload(AtomKind::Attributes, 0, b"fine");
+    let mut bytes = Vec::new();
+    file.write(&mut bytes).unwrap();
+    let read = File::read(&bytes).unwrap();
+    let runs: Vec<_> = read.atoms.iter().map(|atom| (atom.kind, atom.level, &atom.bytes[..])).collect();
+    assert_eq!(runs[3..], [(ATTRIBUTES, 1, &b"coarse"[..]), (2, 0, b"r"), (ATTRIBUTES, 0, b"fine")]);
+    assert_eq!(read.attributes.iter().map(|attribute| attribute.birth).collect::<Vec<_>>(), [2, 1, 1, 0]);
+    let table = 16 + usize::from(bytes[13]) - 4;
+    let (mut sound, mut broken) = (0, 0);
+    for at in 16..table {
+        for mask in 1..=255 {
+            let mut bytes = bytes.clone();
+            bytes[at] ^= mask;
+            let sum = crc32c(&bytes[..table]);
+            bytes[table..table + 4].copy_from_slice(&sum.to_le_bytes());
+            let told = parse_contents(&bytes).map(|told| told.unwrap());
+            // The reader of the chapter wants the atoms too: they are there, and wrong, or the table is refused.
+            match (told, File::read(&bytes).map(|file| file.atoms)) {
+                (Ok(told), Ok(read)) => {
+                    assert_eq!(told.atoms.len(), read.len(), "byte {at}");
+                    let same = told.atoms.iter().zip(&read).all(|(told, read)| {
+                        u64::from(told.level) == read.level && told.length as usize == read.length
+                    });
+                    assert!(same, "byte {at}");
+                    sound += 1;
+                }
+                (Err(told), Err(read)) => {
+                    assert!(!read.contains("3.4") && !read.contains("3.1"), "byte {at}: {told}: {read}");
+                    broken += 1;
+                }
+                (Ok(_), Err(read)) => assert!(
+                    ["3.4: checksum of an atom", "3.1: trailing bytes", "3: bytes are missing"]
+                        .iter()
+                        .any(|why| read.contains(why)),
+                    "byte {at}, {mask}: {read}"
+                ),
+                (Err(told), Ok(_)) => panic!("byte {at}, {mask}: {told}"),
             }
         }
     }

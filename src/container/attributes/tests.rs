@@ -4,8 +4,8 @@ use proptest::collection::vec;
 use proptest::prelude::*;
 
 use super::*;
-use crate::container::testing::{any_attribute, attributed_file, bytes, contents, small_file};
-use crate::container::{AtomKind, FileBuilder, parse_contents};
+use crate::container::testing::{any_attribute, attributed_file, born_file, bytes, contents, small_file};
+use crate::container::{AtomKind, FileBuilder, Level, Want, parse_contents, plan, plan_from_keyframe};
 use crate::fuzzing::mend;
 use crate::mesh::attributes::Values;
 
@@ -59,7 +59,7 @@ fn of_each_kind() {
     let titles: Vec<_> = contents.attributes.iter().map(AttributeEntry::title).collect();
     assert_eq!(titles, ["normal", "uv1", "color", "part", "quality"]);
     // Behind the residue, before metadata: of level 0's prefix.
-    assert_eq!([contents.residue(), contents.attribute_atoms(), contents.metadata()], [7..8, 8..9, 9..10]);
+    assert_eq!([contents.residue(), contents.attribute_atoms(0), contents.metadata()], [7..8, 8..9, 9..10]);
     assert_eq!((contents.beyond_mesh(), contents.prefix(0)), (7..10, 0..10));
     assert_eq!(contents.atoms[8].kind, AtomKind::Attributes);
 }
@@ -68,7 +68,7 @@ fn of_each_kind() {
 fn each_rule_is_checked() {
     /// Where, what instead, of how many bytes of the example; what is told of it.
     type Rule = (usize, &'static [u8], usize, u64, &'static str, &'static str);
-    let rules: [Rule; 29] = [
+    let rules: [Rule; 28] = [
         (0, &[0x68], 1, 100, "3.3", "unknown semantic 8"),
         (0, &[0x82], 1, 100, "3.3", "unknown stored type 8"),
         (1, &[0x41], 1, 101, "3.3", "unknown quantisation 4"),
@@ -95,7 +95,6 @@ fn each_rule_is_checked() {
             "3.6",
             "the set of an attribute is 4294967296, allowed 4294967295",
         ),
-        (4, &[1], 1, 104, "3.3", "an attribute is born at level 1, allowed 0"),
         (5, &[0x80, 2], 1, 105, "3.6", "the length of an attribute's name is 256, allowed 255"),
         (5, &[2, 0xC3, 0x28], 1, 106, "3.3", "a name is not UTF-8"),
         (6, &[0], 1, 106, "3.3", "an attribute of 0 bits a number, allowed 1 to 24"),
@@ -158,8 +157,124 @@ fn attributes_and_values_belong_together() {
     // Values come once, behind the residue and before the order.
     let mut file = attributed_file();
     file.payload(AtomKind::Order, 0, b"order");
-    let [attributes, order] = [contents(&file).attribute_atoms().start, contents(&file).order().start];
+    let [attributes, order] = [contents(&file).attribute_atoms(0).start, contents(&file).order().start];
     assert_eq!((attributes, order), (8, 9));
+}
+
+#[test]
+fn births_at_all_levels() {
+    let contents = contents(&born_file());
+    assert_eq!(contents.attributes, born_file().attributes);
+    let [born, alive] = [0, 1].map(|what| {
+        [2, 1, 0, 3].map(|j| match what {
+            0 => contents.births_at(j).collect::<Vec<_>>(),
+            _ => contents.alive_at(j).collect(),
+        })
+    });
+    assert_eq!(born, [vec![0], vec![1, 2], vec![3, 4], vec![]]);
+    assert_eq!(alive, [vec![0], vec![0, 1, 2], vec![0, 1, 2, 3, 4], vec![]]);
+    assert_eq!([0, 1, 2, 3].map(|j| contents.attribute_atoms(j)), [11..12, 5..7, 1..1, 0..0]);
+    // Behind the components that are born, of the same mesh, and part of what leads to the level.
+    assert_eq!([2, 1, 0].map(|j| contents.steps(j)), [0..1, 1..7, 7..10]);
+    assert_eq!((contents.born(1), contents.born(0), contents.operations(1..7)), ([4, 4], [0; 2], 3));
+    let told: Vec<_> = contents.atoms[4..7].iter().map(|atom| (atom.kind, atom.level, atom.last)).collect();
+    let values = AtomKind::Attributes;
+    assert_eq!(told, [(AtomKind::Birth, 1, true), (values, 1, false), (values, 1, true)]);
+    assert!(contents.atoms[4..7].iter().all(|atom| (atom.vertices_after, atom.triangles_after) == (12, 16)));
+    // The table grows by what the birth takes and by the entries of two atoms of values: nothing tells that there are any.
+    let alike = |file: &FileBuilder| {
+        let mut file = file.clone();
+        file.attributes.iter_mut().for_each(|attribute| attribute.birth = 0);
+        file.pieces.retain(|piece| piece.kind != AtomKind::Attributes || piece.level == 0);
+        crate::container::testing::contents(&file).header.table_bytes
+    };
+    assert_eq!(contents.header.table_bytes, alike(&born_file()) + 2 * 3);
+}
+
+#[test]
+fn plans_take_the_values_of_levels() {
+    let contents = contents(&born_file());
+    let atoms = |want| {
+        let plan = plan(&contents, want);
+        (plan.parts[0].atoms.end, plan.level, plan.complete)
+    };
+    assert_eq!(atoms(Want::Level(1)), (7, 1, true));
+    assert_eq!(atoms(Want::Triangles(16)), (7, 1, true), "values add no triangle");
+    assert_eq!(atoms(Want::Triangles(15)), (4, 1, false), "a birth comes whole, values behind it");
+    assert_eq!(atoms(Want::Triangles(u32::MAX)), (10, 0, true), "those of level 0 come with its residue");
+    assert_eq!(atoms(Want::Bytes(contents.atoms[6].end() - 1)), (6, 1, false));
+    assert_eq!(atoms(Want::All), (13, 0, true));
+    // A keyframe holds what is alive at its level.
+    let runs =
+        |j| plan_from_keyframe(&contents, j).parts.into_iter().map(|part| part.atoms).collect::<Vec<_>>();
+    assert_eq!([runs(1), runs(0)].concat(), [13..14, 13..14, 7..13]);
+    let mut file = born_file();
+    file.pieces.retain(|piece| piece.kind != AtomKind::Keyframe);
+    let contents = crate::container::testing::contents(&file);
+    assert_eq!(plan_from_keyframe(&contents, 1).parts[1].atoms, 1..7);
+}
+
+#[test]
+fn births_and_payloads_belong_together() {
+    let changed = |change: fn(&mut FileBuilder)| {
+        let mut file = born_file();
+        change(&mut file);
+        file
+    };
+    fn drop_values(file: &mut FileBuilder, level: u32) {
+        file.pieces.retain(|piece| piece.kind != AtomKind::Attributes || piece.level != level);
+    }
+    for (file, what) in [
+        (changed(|f| f.attributes[4].birth = 3), "an attribute is born at level 3, allowed 0 to 2"),
+        (changed(|f| drop_values(f, 1)), "level 1 has no atom of kind Attributes"),
+        (changed(|f| drop_values(f, 0)), "2 attributes without values"),
+        (
+            changed(|f| f.attributes.iter_mut().for_each(|attribute| attribute.birth = 0)),
+            "an atom of kind Attributes at level 1 has no place",
+        ),
+        (
+            changed(|f| f.payload(AtomKind::Attributes, 2, b"base")),
+            "an atom of kind Attributes at level 2 has no place",
+        ),
+        (
+            changed(|f| f.payload(AtomKind::Attributes, 9, b"nowhere")),
+            "an atom of kind Attributes at level 9 has no place",
+        ),
+    ] {
+        assert_eq!(refusal(file), what);
+    }
+    // What is read: the offset is that of the entry, of the first that is wrong.
+    let mut file = born_file();
+    file.attributes[2].birth = 7;
+    let fault = parse_contents(&bytes(&file)).unwrap_err();
+    let lengths = file.attributes.iter().map(|attribute| {
+        let mut entry = Vec::new();
+        attribute.write(&mut entry).unwrap();
+        entry.len() as u64
+    });
+    let before: u64 = lengths.take(2).sum();
+    let what = "an attribute is born at level 7, allowed 0 to 2";
+    assert_eq!(fault, FormatError::new(16 + 22 + before, "3.3", what));
+    // Level 0 may have values where nothing is born at it, those of further triangles.
+    let bare =
+        changed(|f| f.attributes.iter_mut().for_each(|attribute| attribute.birth = attribute.birth.max(1)));
+    assert_eq!(contents(&bare).attribute_atoms(0), 11..12);
+    let mut none = bare;
+    drop_values(&mut none, 0);
+    assert!(contents(&none).attribute_atoms(0).is_empty());
+    // Where there is but the base, all values are its own.
+    let levels = vec![Level { vertices: 3, triangles: 1, ..Level::default() }];
+    let mut only = FileBuilder::new(bare_lattice(), [1; 3], levels);
+    only.attributes = vec![plain(Semantic::Color, 4, Stored::U8)];
+    only.payload(AtomKind::Base, 0, b"base");
+    assert!(contents(&only).attribute_atoms(0).is_empty());
+    assert_eq!(contents(&only).births_at(0).count(), 1);
+    only.payload(AtomKind::Attributes, 0, b"further");
+    assert_eq!(contents(&only).attribute_atoms(0), 1..2);
+}
+
+fn bare_lattice() -> crate::mesh::Lattice {
+    crate::mesh::Lattice { origin: [0.0; 3], step: 1.0, bits: 8 }
 }
 
 #[test]
@@ -196,7 +311,7 @@ fn what_has_no_form_is_not_written() {
         (|a| a.components = 3, "uv: the origin has another number of numbers"),
         (|a| a.error = -1.0, "uv: an error that is negative, not finite or too large"),
         (|a| a.error = f64::NAN, "uv: an error that is negative, not finite or too large"),
-        (|a| a.birth = 1, "an attribute is born at level 1, allowed 0"),
+        (|a| a.birth = 3, "an attribute is born at level 3, allowed 0 to 2"),
         (|a| a.name = "x".repeat(256), "the length of an attribute's name is 256, allowed 255"),
         (|a| a.normalised = true, "floating-point numbers that stand for fractions"),
         (|a| a.semantic = Semantic::Part, "a part is one integer a triangle"),

@@ -77,6 +77,8 @@ pub struct Kept {
 #[derive(Debug)]
 struct Barred {
     /// At all levels.
+    always: BitVec,
+    /// These, and the corners of curves that there are still.
     locked: BitVec,
     /// In this level: those on the link of a vertex removed.
     blocked: BitVec,
@@ -85,7 +87,11 @@ struct Barred {
 impl<'a> Remover<'a> {
     /// A mesh with all its vertices.
     pub fn new(table: CornerTable, places: Places<'a>, kept: Kept, options: &Options) -> Self {
-        let Kept { locked, seams } = kept;
+        let Kept { locked: always, seams } = kept;
+        let mut locked = always.clone();
+        if let Some(seams) = &seams {
+            locked |= seams.corners();
+        }
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
@@ -100,7 +106,7 @@ impl<'a> Remover<'a> {
                 distortions: vec![f32::NAN; count],
                 shapes: vec![Shape::NONE; count],
             },
-            barred: Barred { locked, blocked: BitVec::repeat(false, count) },
+            barred: Barred { always, locked, blocked: BitVec::repeat(false, count) },
             seams,
             room: Default::default(),
             table,
@@ -164,6 +170,24 @@ impl<'a> Remover<'a> {
     /// How many vertices are locked.
     pub fn held(&self) -> usize {
         vertices(&self.table).filter(|v| self.barred.locked[v.index()]).count()
+    }
+
+    /// How many vertices are locked for nothing but the curves that end at them.
+    pub fn held_by_curves(&self) -> usize {
+        let barred = &self.barred;
+        vertices(&self.table).filter(|v| barred.locked[v.index()] && !barred.always[v.index()]).count()
+    }
+
+    /// Whether there are curves that are kept.
+    pub fn has_curves(&self) -> bool {
+        self.seams.is_some()
+    }
+
+    /// From here on no curve is kept.
+    pub fn drop_curves(&mut self) {
+        self.seams = None;
+        self.barred.locked.clone_from(&self.barred.always);
+        self.energies.costs.fill(f32::NAN);
     }
 
     /// Whether the surface is bent more or less alike, so that the shape of triangles counts.

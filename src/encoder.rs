@@ -1,6 +1,7 @@
 //! The encoder: simplify, code, write. Here these rooms meet, and only here.
 
 mod attributes;
+mod features;
 mod finish;
 mod grids;
 mod levels;
@@ -25,7 +26,7 @@ use places::Places;
 use std::io::Write;
 use std::time::Instant;
 
-pub use options::{Keyframes, LatticeChoice, Options, Preview, Profile};
+pub use options::{AttributeBirth, Keyframes, LatticeChoice, Options, Preview, Profile};
 pub use report::{Joined, Report, Seconds};
 
 /// What the encoder is doing.

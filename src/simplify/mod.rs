@@ -22,12 +22,14 @@ mod seams;
 mod seconds;
 mod shadow;
 mod star;
+mod values;
 
 pub use births::Births;
 pub use covering::{LevelError, Probe, Traces};
 pub use moved::Moved;
 pub use seams::Features;
 pub use seconds::Seconds;
+pub use values::Values;
 
 use crate::error::{Error, Result};
 use crate::limits::max_walked;
@@ -42,6 +44,7 @@ use removal::{Kept, Remover};
 use rows::Rows;
 use seams::Seams;
 use seconds::timed;
+use values::Corners;
 
 /// How the next vertex is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -145,7 +148,7 @@ pub struct Simplified {
 
 /// Simplifies down to the base.
 ///
-/// `locked` vertices stay, and so do the curves that `features` names, unless they are given up. `progress` is called with the vertices
+/// `locked` vertices stay, and so do the curves that `features` names, unless they are given up; its values are part of what a removal costs. `progress` is called with the vertices
 /// removed so far and the vertices to remove; it returns whether to go on.
 ///
 /// # Errors
@@ -162,9 +165,10 @@ pub fn simplify(
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
     let mut components = Components::new(&table, &places, options.births);
-    let may_drop = !features.binding;
-    let seams = Seams::new(&table, features)?;
-    let mut remover = Remover::new(table, places, Kept { locked, seams }, options);
+    let Features { seams, binding, values } = features;
+    let may_drop = !binding;
+    let (seams, corners) = (Seams::new(&table, seams)?, Corners::new(&table, values)?);
+    let mut remover = Remover::new(table, places, Kept { locked, seams, corners }, options);
     let start = remover.vertices;
     let mut held = remover.held();
     let held_otherwise = held - remover.held_by_curves();

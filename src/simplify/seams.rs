@@ -4,13 +4,14 @@
 //! sides at once; where a seam ends, where several meet, and where one meets the boundary, the vertex stays. Then no triangle ever has
 //! corners in two charts, curves are only shortened, and a vertex is of as many charts at each level that it is in.
 
+use super::values::Values;
 use crate::error::{Error, Result};
 use crate::mesh::topology::{VertexClass, classify};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use bitvec::vec::BitVec;
 
-/// What a simplification keeps besides locked vertices and the boundary.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// What a simplification keeps besides locked vertices and the boundary, or pays for.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Features {
     /// Borders of charts: a bit a corner number, four a triangle, set at one or both sides of a seam for the edge opposite; empty where
     /// there are none.
@@ -18,6 +19,8 @@ pub struct Features {
     /// Whether they are kept at all levels. Otherwise coarse levels know of no seam: those of which half the vertices would stay for nothing
     /// but a seam, or from which no vertex could go.
     pub binding: bool,
+    /// What corners are worth.
+    pub values: Values,
 }
 
 /// The seams of a mesh that loses its vertices.
@@ -36,8 +39,7 @@ impl Seams {
     ///
     /// # Errors
     /// [`Error::Parameter`] where there are bits, but not four a triangle.
-    pub fn new(table: &CornerTable, features: Features) -> Result<Option<Self>> {
-        let mut of = features.seams;
+    pub fn new(table: &CornerTable, mut of: BitVec) -> Result<Option<Self>> {
         if of.not_any() {
             return Ok(None);
         }
@@ -152,7 +154,7 @@ mod tests {
     }
 
     fn run(mesh: &IndexedMesh, seams: &BitVec, options: &Options) -> (CornerTable, Simplified) {
-        run_with(mesh, Features { seams: seams.clone(), binding: true }, options)
+        run_with(mesh, Features { seams: seams.clone(), binding: true, ..Features::default() }, options)
     }
 
     fn run_with(mesh: &IndexedMesh, features: Features, options: &Options) -> (CornerTable, Simplified) {
@@ -334,7 +336,7 @@ mod tests {
                 for seams in
                     [cells(&mesh, &table, 2, 5), cells(&mesh, &table, 60, 5), scattered(&table, 3, 5)]
                 {
-                    let features = Features { seams: seams.clone(), binding: false };
+                    let features = Features { seams: seams.clone(), ..Features::default() };
                     let (table, done) = run_with(&mesh, features, &options);
                     check(&seams, &table, &done);
                     let classes = classify(&table, &seams);
@@ -364,10 +366,15 @@ mod tests {
         };
         let seams = bits(&table, |c| zone(c.triangle()) != zone(table.opposite(c).triangle()));
         let options = Options { base_vertices: Some(4), ..Options::default() };
-        let (_, done) = run_with(&mesh, Features { seams: seams.clone(), binding: true }, &options);
+        let (_, done) = run_with(
+            &mesh,
+            Features { seams: seams.clone(), binding: true, ..Features::default() },
+            &options,
+        );
         let left = vertices(&done.base).count();
         assert!(left >= 6 && done.charts_to == done.history.level_count(), "{left}");
-        let (table, done) = run_with(&mesh, Features { seams: seams.clone(), binding: false }, &options);
+        let (table, done) =
+            run_with(&mesh, Features { seams: seams.clone(), ..Features::default() }, &options);
         check(&seams, &table, &done);
         assert_eq!(vertices(&done.base).count(), 4);
         assert!(done.charts_to > 0 && done.charts_to < done.history.level_count());
@@ -476,7 +483,7 @@ mod tests {
     fn seams_are_those_of_the_table() {
         let mesh = shapes::torus(5, 4);
         let table = table(&mesh);
-        let of = |seams| Seams::new(&table, Features { seams, ..Features::default() });
+        let of = |seams| Seams::new(&table, seams);
         assert!(of(BitVec::new()).unwrap().is_none());
         assert!(of(BitVec::repeat(false, 4 * table.slots())).unwrap().is_none());
         assert!(of(BitVec::repeat(true, 4 * table.slots())).unwrap().is_some());

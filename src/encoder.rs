@@ -2,6 +2,7 @@
 
 mod alive;
 mod attributes;
+mod features;
 mod finish;
 mod grids;
 mod labelling;
@@ -28,7 +29,7 @@ use places::Places;
 use std::io::Write;
 use std::time::Instant;
 
-pub use options::{Keyframes, LatticeChoice, Options, Preview, Profile};
+pub use options::{AttributeBirth, Keyframes, LatticeChoice, Options, Preview, Profile};
 pub use report::{Joined, Report, Seconds};
 
 /// What the encoder is doing.

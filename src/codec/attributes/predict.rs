@@ -185,8 +185,13 @@ fn normal(guess: &mut Guess, around: &Around, column: &Column, corners: &[Corner
     for c in corners.iter().flat_map(|c| [c.next(), c.prev()]) {
         if let Some(x) = around.value(column, c) {
             let x = match column.kind.quantisation {
-                Quantisation::Octahedral { bits } => quantise::direction([x[0], x[1]], quantise::radius(bits)),
-                _ => { let n = Scale::of(&column.kind).numbers(x); [n[0], n[1], n[2]] }
+                Quantisation::Octahedral { bits } => {
+                    quantise::direction([x[0], x[1]], quantise::radius(bits))
+                }
+                _ => {
+                    let n = Scale::of(&column.kind).numbers(x);
+                    [n[0], n[1], n[2]]
+                }
             };
             near = [0, 1, 2].map(|k| near[k] + x[k]);
         }
@@ -198,7 +203,9 @@ fn normal(guess: &mut Guess, around: &Around, column: &Column, corners: &[Corner
     if length > 0.0 && length.is_finite() {
         all[4] = [0, 1, 2].map(|k| sums[0][k] / lengths[0] + near[k] / length);
         of[4] = dot(all[4], all[4]).sqrt();
-        if of[4] > 0.0 { guess.count = WAYS; }
+        if of[4] > 0.0 {
+            guess.count = WAYS;
+        }
     }
     let count = guess.count;
     for ((way, sum), length) in guess.ways.iter_mut().zip(all).zip(of).take(count) {

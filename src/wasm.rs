@@ -18,6 +18,7 @@ use crate::refine::Site;
 use changes::Marks;
 pub use changes::{Changes, Field};
 pub use corners::Corners;
+use corners::Dressed;
 use jump::Jumps;
 use std::sync::Arc;
 use surface::Surface;
@@ -54,8 +55,11 @@ pub struct Client {
     surface: Surface,
     /// Vertices and triangles that [`Client::take`] has told.
     told: [u32; 2],
-    /// Whether it has told the attributes.
-    told_corners: bool,
+    /// The attributes that it has told of, and how many wedges.
+    told_alive: Vec<u32>,
+    told_wedges: u32,
+    /// Whether the residue waits for what attributes its triangles have.
+    residue_waits: bool,
     moved: Marks,
     turned: Marks,
     rewritten: Marks,
@@ -79,7 +83,9 @@ impl Client {
             ended: false,
             surface: Surface::default(),
             told: [0; 2],
-            told_corners: false,
+            told_alive: Vec::new(),
+            told_wedges: 0,
+            residue_waits: false,
             moved: Marks::default(),
             turned: Marks::default(),
             rewritten: Marks::default(),
@@ -130,6 +136,7 @@ impl Client {
                     return Ok(false);
                 }
                 self.ended = true;
+                self.residue();
                 self.reports.push(report::end());
             }
             Err(error) => {
@@ -168,8 +175,12 @@ impl Client {
     /// About how many numbers [`Client::take`] would return now.
     pub fn waiting(&self) -> usize {
         let [vertices, triangles] = self.counts();
+        let triangles = triangles.saturating_sub(self.told[1]) as usize + self.rewritten.list().len();
+        let attributes = self.decoder.attributes();
+        let wedges = attributes.map_or(0, |of| (of.count.saturating_sub(self.told_wedges)) as usize * (1 + of.columns.len()));
         6 * (vertices.saturating_sub(self.told[0]) as usize + self.moved.list().len())
-            + 3 * (triangles.saturating_sub(self.told[1]) as usize + self.rewritten.list().len())
+            + if attributes.is_some() { 6 } else { 3 } * triangles
+            + wedges
     }
 
     /// What has changed in the mesh since it was asked before.
@@ -178,7 +189,11 @@ impl Client {
         self.mark_turned();
         let changes = self.changes(&contents);
         self.told = self.counts();
-        self.told_corners |= !changes.corners.indices.is_empty();
+        let corners = &changes.corners;
+        if !corners.alive.is_empty() {
+            self.told_alive.clone_from(&corners.alive);
+            self.told_wedges = corners.first_wedge + corners.vertices.len() as u32;
+        }
         self.from.clear();
         self.jumps = Jumps::default();
         for marks in [&mut self.moved, &mut self.turned, &mut self.rewritten] {
@@ -229,7 +244,8 @@ impl Client {
 
     fn tell_all_again(&mut self) {
         self.told = [0; 2];
-        self.told_corners = false;
+        self.told_alive.clear();
+        self.told_wedges = 0;
         self.from.clear();
         for marks in [&mut self.moved, &mut self.turned, &mut self.rewritten] {
             marks.clear();
@@ -246,9 +262,20 @@ impl Client {
                 self.reports.extend(contents.map(|contents| report::level(&contents, level)));
                 self.jumps.end_level();
             }
-            Event::Residue => self.residue(),
-            // `take` looks for them.
-            Event::Attributes { .. } => {}
+            Event::Residue => {
+                self.residue_waits = true;
+                let triangles = self.decoder.residue().is_some_and(|residue| !residue.triangles.is_empty());
+                // What is alive is told of its triangles, too, a payload later: until then nothing could be said of them.
+                if self.decoder.attributes().is_none() || !triangles {
+                    self.residue();
+                }
+            }
+            // `take` looks for what is alive.
+            Event::Attributes { level } => {
+                if level == 0 {
+                    self.residue();
+                }
+            }
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
             Event::Correction | Event::Order => {}
             Event::Metadata => {
@@ -357,7 +384,11 @@ impl Client {
         }
     }
 
+    /// The residue becomes part of the mesh, if it waits for that.
     fn residue(&mut self) {
+        if !std::mem::take(&mut self.residue_waits) {
+            return;
+        }
         let none = Residue::default();
         let residue = self.decoder.residue().unwrap_or(&none);
         self.reports.push(report::residue(residue));
@@ -405,13 +436,22 @@ impl Client {
         }
     }
 
-    /// The attributes, where they are there and have not been told.
+    /// What is new of the attributes that the mesh has at its level.
     fn corners(&self, contents: &Contents, surface: &Surface) -> Corners {
-        let attributes = self.decoder.attributes().filter(|_| self.decoder.level() == Some(0));
-        match attributes.filter(|_| !self.told_corners) {
-            Some(attributes) => Corners::new(self.decoder.mesh(), surface, attributes, &contents.attributes),
-            None => Corners::default(),
+        let Some((attributes, level)) = self.decoder.attributes().zip(self.decoder.level()) else {
+            return Corners::default();
+        };
+        let entries = &contents.attributes;
+        let is_alive = |&k: &u32| attributes.is_born(k as usize) && entries[k as usize].birth >= level;
+        let alive: Vec<u32> = (0..entries.len() as u32).filter(is_alive).collect();
+        let told = if alive == self.told_alive { [self.told_wedges, self.told[1]] } else { [0; 2] };
+        let rewritten = self.rewritten.list();
+        let is_new = told[1] == 0 || told[1] < self.counts()[1] || !rewritten.is_empty();
+        if alive.is_empty() || !is_new {
+            return Corners::default();
         }
+        let dressed = Dressed { mesh: self.decoder.mesh(), surface, attributes, entries };
+        Corners::new(dressed, alive, told, rewritten)
     }
 }
 

@@ -1,10 +1,10 @@
 //! What a browser gets (feature `wasm`): a copy of the mesh that changes are applied to is the mesh.
 
 use unweld::codec::grid::Real;
-use unweld::container::{Level, Measure, Want, parse_contents};
+use unweld::container::{AttributeEntry, Level, Measure, Want, parse_contents};
 use unweld::decoder::{Options, decode};
 use unweld::encoder::{Encoder, Keyframes, Options as Encoding, Preview};
-use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
+use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
 use unweld::mesh::distance::{Sampling, surface_distances};
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::wasm::{Changes, Client, Corners, Settings};
@@ -15,7 +15,61 @@ struct Copy {
     positions: Vec<[f32; 3]>,
     normals: Vec<[f32; 3]>,
     triangles: Vec<[u32; 3]>,
-    corners: Option<Corners>,
+    entries: Vec<AttributeEntry>,
+    dress: Dress,
+}
+
+/// What a page keeps of attributes.
+#[derive(Clone, Default)]
+struct Dress {
+    alive: Vec<u32>,
+    /// The vertex of each wedge, and the wedges of each triangle.
+    vertices: Vec<u32>,
+    triangles: Vec<[u32; 3]>,
+    /// The numbers of each attribute, by wedge or by triangle.
+    columns: Vec<Vec<f64>>,
+}
+
+impl Dress {
+    fn apply(&mut self, corners: &Corners, changes: &Changes, entries: &[AttributeEntry]) {
+        let triangles = changes.counts[1];
+        if corners.first_triangle == 0 {
+            *self = Self { alive: corners.alive.clone(), ..Self::default() };
+            self.columns = vec![Vec::new(); corners.alive.len()];
+        }
+        assert_eq!((&self.alive, self.vertices.len()), (&corners.alive, corners.first_wedge as usize));
+        self.vertices.extend(&corners.vertices);
+        let has_wedges = self.alive.iter().any(|&k| entries[k as usize].domain == Domain::Corner);
+        let rewritten: &[u32] = if corners.first_triangle == 0 { &[] } else { &changes.rewritten };
+        if has_wedges {
+            append(&mut self.triangles, corners.first_triangle, &corners.indices, triangles as usize);
+            scatter(&mut self.triangles, rewritten, &corners.rewritten);
+            assert!(self.triangles.iter().flatten().all(|&wedge| (wedge as usize) < self.vertices.len()));
+        }
+        let mut rest = &corners.values[..];
+        for (column, &k) in self.columns.iter_mut().zip(&self.alive) {
+            let AttributeEntry { domain, components, stored, .. } = entries[k as usize];
+            let added = match domain {
+                Domain::Corner => corners.vertices.len(),
+                Domain::Triangle => (triangles - corners.first_triangle) as usize,
+            };
+            let changed = if domain == Domain::Triangle { rewritten } else { &[] };
+            let width = if stored == Stored::U8 { 1 } else { 4 };
+            let size = (components * (added + changed.len()) * width).next_multiple_of(4);
+            let (bytes, after) = rest.split_at(size);
+            rest = after;
+            let list: Vec<f64> = match stored {
+                Stored::U8 => bytes.iter().map(|&x| x.into()).collect(),
+                Stored::U32 => words(bytes).map(|x| u32::from_le_bytes(x).into()).collect(),
+                _ => words(bytes).map(|x| f32::from_le_bytes(x).into()).collect(),
+            };
+            column.extend(&list[..components * added]);
+            for (&t, value) in changed.iter().zip(list[components * added..].chunks(components)) {
+                column[components * t as usize..][..components].copy_from_slice(value);
+            }
+        }
+        assert!(rest.is_empty(), "all values are of an attribute");
+    }
 }
 
 impl Copy {
@@ -30,12 +84,12 @@ impl Copy {
         scatter(&mut self.triangles, &changes.rewritten, &changes.rewritten_indices);
         assert!(self.triangles.iter().flatten().all(|&v| (v as usize) < vertices));
         if changes.first_vertex == 0 {
-            self.corners = None;
+            self.dress = Dress::default();
         }
-        if !changes.corners.indices.is_empty() {
-            assert!(self.corners.is_none(), "attributes are told once");
-            assert_eq!(changes.corners.indices.len(), 3 * triangles);
-            self.corners = Some(changes.corners.clone());
+        if changes.corners.alive.is_empty() {
+            assert_eq!(changes.corners, Corners::default());
+        } else {
+            self.dress.apply(&changes.corners, changes, &self.entries);
         }
     }
 
@@ -87,6 +141,7 @@ fn follow(file: &[u8], piece: usize, every: usize, settings: Settings) -> (Clien
         client.push(bytes);
         while client.poll().expect("the file is well-formed") {
             events += 1;
+            copy.entries = client.decoder().contents().map_or(Vec::new(), |of| of.attributes.clone());
             if events % every == 0 {
                 copy.apply(&client.take());
             }
@@ -406,33 +461,18 @@ fn of_assembled(mesh: &IndexedMesh) -> Vec<Numbers> {
 }
 
 /// What the page has.
-fn of_copy(copy: &Copy, mesh: &IndexedMesh) -> Vec<Numbers> {
-    let corners = copy.corners.as_ref().expect("attributes are told");
-    let mut columns = Vec::new();
-    let mut rest = &corners.values[..];
-    for a in &mesh.attributes {
-        let count = if a.domain == Domain::Corner { corners.vertices.len() } else { copy.triangles.len() };
-        let numbers = a.components * count;
-        let width = if matches!(a.values, Values::U8(_)) { 1 } else { 4 };
-        let (bytes, after) = rest.split_at((numbers * width).next_multiple_of(4));
-        let list: Vec<f64> = match a.values {
-            Values::U8(_) => bytes.iter().map(|&x| x.into()).collect(),
-            Values::U32(_) => words(bytes).map(|x| u32::from_le_bytes(x).into()).collect(),
-            _ => words(bytes).map(|x| f32::from_le_bytes(x).into()).collect(),
-        };
-        columns.push(list);
-        rest = after;
-    }
-    assert!(rest.is_empty(), "all values are of an attribute");
+fn of_copy(copy: &Copy) -> Vec<Numbers> {
+    let Dress { alive, vertices, triangles, columns } = &copy.dress;
     dressed_soup(copy.triangles.len(), |t, k| {
-        let wedge = corners.indices[3 * t + k] as usize;
-        let vertex = corners.vertices[wedge] as usize;
+        let at_corner = triangles.get(t).map(|wedges| wedges[k] as usize);
+        let vertex = at_corner.map_or(copy.triangles[t][k], |wedge| vertices[wedge]) as usize;
         // One that is sewn together with the triangle's own lies where it does.
         assert_eq!(copy.positions[vertex], copy.positions[copy.triangles[t][k] as usize]);
         let mut numbers = copy.positions[vertex].map(f64::from).to_vec();
-        for (a, column) in mesh.attributes.iter().zip(&columns) {
-            let at = if a.domain == Domain::Corner { wedge } else { t };
-            numbers.extend(&column[a.components * at..a.components * (at + 1)]);
+        for (&name, column) in alive.iter().zip(columns) {
+            let AttributeEntry { domain, components, .. } = copy.entries[name as usize];
+            let at = if domain == Domain::Corner { at_corner.expect("it is at corners") } else { t };
+            numbers.extend(&column[components * at..components * (at + 1)]);
         }
         numbers
     })
@@ -442,41 +482,70 @@ fn words(bytes: &[u8]) -> impl Iterator<Item = [u8; 4]> + '_ {
     bytes.chunks_exact(4).map(|x| [x[0], x[1], x[2], x[3]])
 }
 
+/// At every event, and at every level shown again, the page has at each corner what the decoder has.
 #[test]
 fn attributes_are_those_of_the_file() {
-    let mut lowered = 0;
+    let (mut early, mut anew, mut appended, mut lowered) = (0, 0, 0, 0);
     for mesh in meshes() {
         let mesh = dressed(mesh);
         let parts = IndexedMesh { attributes: mesh.attributes[3..].to_vec(), ..mesh.clone() };
         for mesh in [mesh, parts] {
             let file = file(&mesh);
-            let whole = decode(&file, Options::default()).unwrap().assembled().unwrap();
-            let expected = of_assembled(&whole);
             for (piece, every) in [(file.len(), 1), (file.len(), 1000), (100, 3), (1, 1)] {
                 let settings = Settings { undo: true, ..Settings::default() };
-                let (mut client, mut copy, report) = follow(&file, piece, every, settings);
-                assert_eq!(of_copy(&copy, &whole), expected, "pieces of {piece}, every {every} events");
-                assert!(report.contains(r#""name":"part""#));
-                // Coarser levels have none; level 0 has them again.
-                let coarser = client.coarsen().unwrap();
+                let (mut client, mut copy, mut events) = (Client::new(settings), Copy::default(), 0);
+                let mut waits = false;
+                for bytes in file.chunks(piece) {
+                    client.push(bytes);
+                    while client.poll().unwrap() {
+                        events += 1;
+                        copy.entries = client.decoder().contents().map_or(Vec::new(), |of| of.attributes.clone());
+                        if events % every != 0 || client.decoder().level().is_none() {
+                            continue;
+                        }
+                        let changes = client.take();
+                        copy.apply(&changes);
+                        let whole = client.decoder().assembled().unwrap();
+                        // What the residue adds is shown once its attributes are there.
+                        waits = whole.triangles.len() > copy.triangles.len();
+                        if !waits {
+                            assert_eq!(of_copy(&copy), of_assembled(&whole), "event {events}");
+                        }
+                        early += usize::from(client.decoder().level() != Some(0) && !copy.dress.alive.is_empty());
+                        anew += usize::from(changes.first_vertex > 0 && !changes.corners.vertices.is_empty() && changes.corners.first_triangle == 0);
+                        appended += usize::from(changes.corners.first_wedge > 0);
+                    }
+                }
+                assert!(!waits);
                 copy.apply(&client.take());
-                // One of the meshes is its own base.
-                assert_eq!(copy.corners.is_none(), coarser.is_some());
-                lowered += usize::from(coarser.is_some());
-                client.restore().unwrap();
-                copy.apply(&client.take());
-                assert_eq!(of_copy(&copy, &whole), expected);
+                let mut steps = Vec::new();
+                loop {
+                    let whole = client.decoder().assembled().unwrap();
+                    assert_eq!(of_copy(&copy), of_assembled(&whole), "pieces of {piece}, every {every} events");
+                    if client.coarsen().unwrap().is_none() {
+                        break;
+                    }
+                    copy.apply(&client.take());
+                    steps.push(copy.dress.vertices.len());
+                    lowered += usize::from(!copy.dress.alive.is_empty());
+                }
+                assert!(steps.is_sorted_by(|a, b| a >= b), "wedges of finer levels are left out");
+                while client.restore().unwrap().is_some() {
+                    copy.apply(&client.take());
+                    let whole = client.decoder().assembled().unwrap();
+                    assert_eq!(of_copy(&copy), of_assembled(&whole));
+                }
             }
         }
     }
-    assert!(lowered > 0);
+    assert!(early > 0 && anew > 0 && appended > 0 && lowered > 0, "{early} {anew} {appended} {lowered}");
 }
 
 #[test]
 fn without_attributes_nothing_is_told_of_any() {
     let file = file(&meshes()[2]);
     let (_, copy, report) = follow(&file, 100, 1, Settings::default());
-    assert!(copy.corners.is_none() && report.contains(r#""fileAttributes":[]"#));
+    assert!(copy.dress.alive.is_empty() && report.contains(r#""fileAttributes":[]"#));
 }
 
 /// Files for the tests of the page, `UNWELD_BLESS=1` writes them: a globe dressed, with a triangle that is there twice, and an icosahedron with the

@@ -38,7 +38,7 @@ pub struct Changes {
     /// How far the surface is at most from what it was, while the vertices appended still lie where they began; in the units of the
     /// input. 0 where that was not to be told.
     pub jump: f32,
-    /// The attributes of level 0, once: when they are there, and again where everything is new. Without triangles otherwise.
+    /// What is new of the attributes that are alive.
     pub corners: Corners,
 }
 
@@ -72,7 +72,7 @@ impl Field<'_> {
 
 impl Changes {
     /// All fields in order, by the names that a page has for them. There is no other list: a page asks for this one.
-    pub fn fields(&self) -> [(&'static str, Field<'_>); 18] {
+    pub fn fields(&self) -> [(&'static str, Field<'_>); 22] {
         use Field::{Bytes, Coordinates, Length, Number, Numbers};
         [
             ("vertices", Number(self.counts[0])),
@@ -90,8 +90,12 @@ impl Changes {
             ("rewritten", Numbers(&self.rewritten)),
             ("rewrittenIndices", Numbers(&self.rewritten_indices)),
             ("jump", Length(self.jump)),
+            ("alive", Numbers(&self.corners.alive)),
+            ("firstTold", Number(self.corners.first_triangle)),
+            ("firstWedge", Number(self.corners.first_wedge)),
             ("wedges", Numbers(&self.corners.vertices)),
             ("wedgeIndices", Numbers(&self.corners.indices)),
+            ("rewrittenWedges", Numbers(&self.corners.rewritten)),
             ("values", Bytes(&self.corners.values)),
         ]
     }
@@ -130,7 +134,7 @@ impl Marks {
 mod tests {
     use super::*;
 
-    /// Each field told is the field that is named: eighteen values that differ.
+    /// Each field told is the field that is named: twenty-two values that differ.
     #[test]
     fn names_lead_to_their_fields() {
         let changes = Changes {
@@ -148,7 +152,15 @@ mod tests {
             rewritten: vec![13],
             rewritten_indices: vec![14],
             jump: 15.0,
-            corners: Corners { vertices: vec![16], indices: vec![17], values: vec![18] },
+            corners: Corners {
+                vertices: vec![16],
+                indices: vec![17],
+                values: vec![18],
+                alive: vec![19],
+                first_triangle: 20,
+                first_wedge: 21,
+                rewritten: vec![22],
+            },
         };
         let told = changes.fields().map(|(name, field)| match field {
             Field::Number(x) => (name, x),
@@ -158,7 +170,10 @@ mod tests {
             Field::Bytes(x) => (name, x[0].into()),
         });
         let expected = [
+            ("alive", 19),
+            ("firstTold", 20),
             ("firstTriangle", 11),
+            ("firstWedge", 21),
             ("firstVertex", 3),
             ("from", 5),
             ("indices", 12),
@@ -169,6 +184,7 @@ mod tests {
             ("positions", 4),
             ("rewritten", 13),
             ("rewrittenIndices", 14),
+            ("rewrittenWedges", 22),
             ("triangles", 2),
             ("turned", 9),
             ("turnedNormals", 10),

@@ -2,68 +2,101 @@
 
 use super::surface::Surface;
 use crate::codec::attributes::{Attributes, Column};
-use crate::codec::walk::Walk;
 use crate::container::AttributeEntry;
 use crate::mesh::Triangle;
 use crate::mesh::attributes::{Domain, Semantic, Stored, Values};
 use crate::refine::{ProgressiveMesh, Wedges};
 
-/// The attributes of level 0: triangles as triples of wedges, and values by wedge or by triangle.
+/// What is new of the attributes that are alive: wedges, triangles as triples of them, and values by wedge or by triangle.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Corners {
-    /// The vertex of each wedge.
+    /// The attributes that are alive, by their places in the file's list.
+    pub alive: Vec<u32>,
+    /// The first triangle told; all from it on are. Where it is 0 all is new: all wedges are told, and nothing of triangles that are rewritten.
+    pub first_triangle: u32,
+    /// The first wedge told; all from it on are.
+    pub first_wedge: u32,
+    /// The vertex of each of these wedges; of one that no triangle names, vertex 0. Without attributes of corners there are no wedges.
     pub vertices: Vec<u32>,
-    /// The wedges of the triangles, three a triangle.
+    /// The wedges of the triangles told, three a triangle.
     pub indices: Vec<u32>,
-    /// The values of one attribute after the other, in the order of the file, each from a multiple of four bytes on: numbers as they are
-    /// stored, little end first, but of binary64 as binary32.
+    /// Those of the triangles rewritten, as [`Changes::rewritten`](super::Changes::rewritten) has them.
+    pub rewritten: Vec<u32>,
+    /// The values of one living attribute after the other, each from a multiple of four bytes on: of the wedges told, or of the triangles told
+    /// and those rewritten. Numbers as they are stored, little end first, but of binary64 as binary32.
     pub values: Vec<u8>,
 }
 
+/// The mesh as it is drawn, with its attributes.
+#[derive(Clone, Copy)]
+pub struct Dressed<'a> {
+    /// The mesh.
+    pub mesh: &'a ProgressiveMesh,
+    /// What the residue adds to it.
+    pub surface: &'a Surface,
+    /// Its attributes.
+    pub attributes: &'a Attributes,
+    /// What they are.
+    pub entries: &'a [AttributeEntry],
+}
+
 impl Corners {
-    /// Those of level 0. Where only triangles have values, the wedges are the vertices.
-    pub fn new(
-        mesh: &ProgressiveMesh,
-        surface: &Surface,
-        attributes: &Attributes,
-        entries: &[AttributeEntry],
-    ) -> Self {
+    /// What is new since `told`: the first wedge and the first triangle that have not been told, and triangles rewritten.
+    pub fn new(of: Dressed, alive: Vec<u32>, [first_wedge, first_triangle]: [u32; 2], rewritten: &[u32]) -> Self {
+        let Dressed { mesh, surface, attributes, entries } = of;
         let slots = mesh.table.slots() as u32;
-        let [more_vertices, more_triangles] = surface.counts();
-        let triangles = slots + more_triangles;
-        let mut corners = Self::default();
-        if entries.iter().any(|entry| entry.domain == Domain::Corner) {
-            let wedges = |t: u32| match t.checked_sub(slots) {
-                Some(further) => attributes.further.get(further as usize).copied().unwrap_or_default(),
-                None => surface.as_drawn(t, Triangle(t).corners().map(|c| attributes.wedges.of(c))),
-            };
-            corners.name((0..triangles).map(|t| (surface.triangle(mesh, t), wedges(t))), attributes.count);
-        } else {
-            corners.vertices = (0..mesh.positions.len() as u32 + more_vertices).collect();
-            corners.indices.reserve_exact(3 * triangles as usize);
-            corners.indices.extend((0..triangles).flat_map(|t| surface.triangle(mesh, t)));
+        let triangles = first_triangle..slots + surface.counts()[1];
+        let rewritten = if first_triangle == 0 { &[] } else { rewritten };
+        let told = || triangles.clone().chain(rewritten.iter().copied());
+        let mut corners = Self { alive, first_triangle, first_wedge, ..Self::default() };
+        let columns: Vec<_> = corners.alive.iter().map(|&k| k as usize).collect();
+        if columns.iter().any(|&k| entries[k].domain == Domain::Corner) {
+            corners.indices.reserve_exact(3 * triangles.len());
+            corners.rewritten.reserve_exact(3 * rewritten.len());
+            corners.vertices = vec![Wedges::NONE; attributes.count.saturating_sub(first_wedge) as usize];
+            for t in told() {
+                let vertices = surface.triangle(mesh, t);
+                let wedges = match t.checked_sub(slots) {
+                    Some(further) => attributes.further.get(further as usize).copied().unwrap_or_default(),
+                    None => surface.as_drawn(t, Triangle(t).corners().map(|c| attributes.wedges.of(c))),
+                };
+                corners.name(vertices, wedges, if t < first_triangle { Part::Rewritten } else { Part::Told });
+            }
+            if first_triangle == 0 {
+                // On a level shown again, wedges of finer ones are nobody's.
+                let used = corners.vertices.iter().rposition(|&v| v != Wedges::NONE).map_or(0, |last| last + 1);
+                corners.vertices.truncate(used);
+            }
+            corners.vertices.iter_mut().filter(|v| **v == Wedges::NONE).for_each(|v| *v = 0);
         }
-        let places = entries.iter().any(|entry| entry.domain == Domain::Triangle);
-        let places = if places { places_of(mesh, more_triangles) } else { Vec::new() };
-        for (entry, column) in entries.iter().zip(&attributes.columns) {
+        let wedges = first_wedge..first_wedge + corners.vertices.len() as u32;
+        for k in columns {
+            let (entry, column) = (&entries[k], &attributes.columns[k]);
+            let row = |t: u32| match t.checked_sub(slots) {
+                Some(further) => attributes.row_of_further(further),
+                None => attributes.wedges.row(Triangle(t)),
+            };
             match entry.domain {
-                Domain::Corner => corners.append(entry, column, 0..attributes.count),
-                Domain::Triangle => corners.append(entry, column, places.iter().copied()),
+                Domain::Corner => corners.append(entry, column, wedges.clone()),
+                Domain::Triangle => corners.append(entry, column, told().map(row)),
             }
         }
         corners
     }
 
-    fn name(&mut self, triangles: impl ExactSizeIterator<Item = ([u32; 3], [u32; 3])>, count: u32) {
-        self.vertices = vec![Wedges::NONE; count as usize];
-        self.indices.reserve_exact(3 * triangles.len());
-        for (vertices, wedges) in triangles {
-            for (v, wedge) in vertices.into_iter().zip(wedges) {
-                // A further triangle may name a wedge by a vertex that is sewn together with the wedge's own: it is at the same place.
-                if let Some(vertex) = self.vertices.get_mut(wedge as usize).filter(|v| **v == Wedges::NONE) {
-                    *vertex = v;
-                }
-                self.indices.push(wedge);
+    fn name(&mut self, vertices: [u32; 3], wedges: [u32; 3], part: Part) {
+        for (v, wedge) in vertices.into_iter().zip(wedges) {
+            // Behind a fault, triangles of the operation that it lies in may name none.
+            let wedge = if wedge == Wedges::NONE { 0 } else { wedge };
+            let place = wedge.checked_sub(self.first_wedge).map(|place| place as usize);
+            // A further triangle may name a wedge by a vertex that is sewn together with the wedge's own: it is at the same place.
+            let open = place.and_then(|place| self.vertices.get_mut(place)).filter(|v| **v == Wedges::NONE);
+            if let Some(vertex) = open {
+                *vertex = v;
+            }
+            match part {
+                Part::Told => self.indices.push(wedge),
+                Part::Rewritten => self.rewritten.push(wedge),
             }
         }
     }
@@ -98,16 +131,11 @@ fn nothing(semantic: Semantic) -> u64 {
     if semantic == Semantic::Part { u64::MAX } else { 0 }
 }
 
-/// For each triangle of the surface its place in the whole of level 0.
-fn places_of(mesh: &ProgressiveMesh, further: u32) -> Vec<u32> {
-    let walk = Walk::new(&mesh.table, &mesh.roots);
-    let mut places = vec![0; mesh.table.slots()];
-    for (k, c) in walk.triangles.iter().enumerate() {
-        places[c.triangle().index()] = k as u32;
-    }
-    let first = walk.triangles.len() as u32;
-    places.extend(first..first + further);
-    places
+/// Which list the wedges of a triangle go to.
+#[derive(Clone, Copy)]
+enum Part {
+    Told,
+    Rewritten,
 }
 
 /// What a page calls attributes: each by its title, with `_` behind it as often as it takes to have a name of its own. The source's names come

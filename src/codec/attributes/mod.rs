@@ -169,8 +169,13 @@ impl Attributes {
     /// For each triangle of a mesh its row, likewise.
     pub fn rows(&self, walk: &Walk, residue: &Residue) -> Vec<u32> {
         let of_walk = walk.triangles.iter().map(|c| self.wedges.row(c.triangle()));
-        let further = self.further_row..self.further_row.saturating_add(residue.triangles.len() as u32);
+        let further = (0..residue.triangles.len() as u32).map(|place| self.row_of_further(place));
         of_walk.chain(further).collect()
+    }
+
+    /// The row of a further triangle of level 0.
+    pub fn row_of_further(&self, place: u32) -> u32 {
+        self.further_row.saturating_add(place)
     }
 }
 

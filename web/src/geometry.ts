@@ -1,8 +1,9 @@
 // A geometry that grows in place, and its edges.
 
 import { BufferAttribute, BufferGeometry, Box3, Sphere, type TypedArray, Vector3 } from "three";
-import type { Attributes, Contents, Delta, Level, MeshStream, Until } from "./unweld.js";
-import { dressOf } from "./wedges.js";
+import type { Attributes, Contents, Delta, FileAttribute, Level, MeshStream, Until } from "./unweld.js";
+import { ARRAYS } from "./attributes.js";
+import { isFlat, Parts, Wedges } from "./wedges.js";
 
 /** What `UnweldGeometry` dispatches when it has changed. */
 export interface RefineEvent {
@@ -27,8 +28,8 @@ export interface GeometryOptions {
 }
 
 /**
- * A geometry that deltas are applied to. When the attributes of the file arrive, with level 0, its buffers are made anew once, by wedge; a coarser level shown
- * after that has them by vertex again. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
+ * A geometry that deltas are applied to. From the level on at which attributes of the file are born, mostly the first that is there, its buffers are by
+ * wedge; they are made anew only then. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
  * Bounding box and sphere are those of the whole file from the first; computed anew, they are of what has arrived.
  */
 export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, GeometryEvents> {
@@ -39,9 +40,9 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   triangles = 0;
   /** The finest level that has arrived, or `null` before the base has. */
   finest: number | null = null;
-  /** Whether it has the attributes of the file: then its buffers are by wedge, and its groups are the parts. */
+  /** Whether it has attributes of the file: then its buffers are by wedge, and its groups are the parts, once those are alive. */
   dressed = false;
-  /** Whether these have one normal for each triangle: then it is to be drawn with `flatShading`, at every level. */
+  /** Whether these have one normal for each triangle: then it is to be drawn with `flatShading`, at coarser levels without normals, too. */
   flat = false;
   /** The delta applied last. */
   last: Delta | null = null;
@@ -64,6 +65,10 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   #first: (reached: Promise<void>) => void = () => {};
   #releasing = false;
   #isDisposed = false;
+  /** The wedges, where buffers are by wedge, and the parts, where the index is by part. */
+  #wedges: Wedges | null = null;
+  #parts: Parts | null = null;
+  #alive: ReadonlySet<string> = new Set();
 
   /** Follows a stream. */
   constructor(stream: MeshStream, { morph = false, waits = false }: GeometryOptions = {}) {
@@ -137,9 +142,7 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     }
     this.vertices = vertices;
     this.triangles = triangles;
-    // With its attributes a mesh is at its end: what comes behind them, metadata for example, changes nothing of it.
-    if (!this.dressed) this.#grow(delta);
-    if (delta.attributes) this.#dress(delta.attributes, contents);
+    this.#grow(delta);
     // For the developer tools.
     performance.measure("unweld", { start });
     this.dispatchEvent({ type: "refine", delta });
@@ -147,7 +150,21 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
 
   /** Appends what is new, and changes what has changed. */
   #grow(delta: Delta): void {
-    const { contents, vertices, triangles } = delta;
+    const { attributes, contents, firstVertex } = delta;
+    const alive = attributes ? contents.fileAttributes.filter(({ name }) => attributes.alive.includes(name)) : [];
+    const anew = attributes?.firstTriangle === 0;
+    if (anew && firstVertex > 0) this.#strip(firstVertex);
+    if (this.#wedges) this.#growWedges(delta, this.#wedges, alive);
+    else this.#growVertices(delta);
+    if (attributes && anew) this.#dress(attributes, alive);
+    this.#connect(delta, alive);
+    if (!attributes) return;
+    const normal = alive.find(isNormal);
+    if (normal) this.flat = isFlat(this.getAttribute(normal.name).array, this.index!.array, delta.triangles);
+  }
+
+  #growVertices(delta: Delta): void {
+    const { contents, vertices } = delta;
     for (const { name, components } of contents.attributes) {
       const values = delta.appended[name];
       if (!values) continue;
@@ -159,24 +176,126 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
       if (!fresh) upload(attribute, components, delta.firstVertex, vertices, changed?.vertices);
     }
     if (this.#morph) this.#bear(delta);
-    const [index, fresh] = this.#room("index", 3, triangles, this.#most().triangles);
-    index.array.set(delta.indices, 3 * delta.firstTriangle);
-    scatter(index.array, 3, delta.rewritten.triangles, delta.rewritten.indices);
-    if (!fresh) upload(index, 3, delta.firstTriangle, triangles, delta.rewritten.triangles);
-    this.setDrawRange(0, 3 * triangles);
   }
 
-  /** Makes the buffers by wedge, from those by vertex. */
-  #dress(attributes: Attributes, contents: Contents): void {
-    const [position, normal] = [this.getAttribute("position"), this.getAttribute("normal")];
-    const dress = dressOf(attributes, contents.fileAttributes, position.array, normal.array);
+  /** Changes what vertices have at all their wedges, and appends wedges. */
+  #growWedges(delta: Delta, wedges: Wedges, alive: readonly FileAttribute[]): void {
+    const { attributes, firstVertex } = delta;
+    const [first, added] = [wedges.count, attributes?.vertices ?? NONE];
+    const own = delta.contents.fileAttributes.find(({ name }) => name === "normal" && this.#alive.has(name));
+    const moved = wedges.of(delta.changed.position?.vertices ?? NONE);
+    const turned = own && wedges.bare.size === 0 ? NOBODY : wedges.of(delta.changed.normal?.vertices ?? NONE, own && wedges.bare);
+    // What a new wedge of an old vertex has in common with the others of that.
+    const siblings = Int32Array.from(added, (v) => (v < firstVertex ? wedges.any(v) : -1));
+    wedges.append(added);
+    const most = this.#mostWedges(wedges);
+    const add = (name: string, components: number, values: (v: number, c: number) => number, changed = NOBODY, told?: ArrayLike<number>) => {
+      const [attribute, fresh] = this.#room(name, components, wedges.count, most);
+      const { array } = attribute;
+      changed.wedges.forEach((w, k) => {
+        for (let c = 0; c < components; c++) array[components * w + c] = told![components * changed.places[k]! + c]!;
+      });
+      for (let k = 0; k < added.length; k++) {
+        const [to, from, v] = [components * (first + k), components * siblings[k]!, added[k]! - firstVertex];
+        for (let c = 0; c < components; c++) array[to + c] = from >= 0 ? array[from + c]! : v >= 0 ? values(v, c) : 0;
+      }
+      if (!fresh) upload(attribute, components, first, wedges.count, changed.wedges);
+    };
+    const three = (values: ArrayLike<number>) => (v: number, c: number) => values[3 * v + c]!;
+    add("position", 3, three(delta.appended.position!), moved, delta.changed.position?.values);
+    if (!own || isNormal(own)) add("normal", 3, three(delta.appended.normal!), turned, delta.changed.normal?.values);
+    if (this.#morph) {
+      // New wedges slide with their vertices; texture coordinates and normals are theirs at once.
+      const time = this.clock();
+      if (delta.vertices > firstVertex) this.lastBorn = time;
+      add("from", 3, three(delta.from));
+      add("born", 1, () => time);
+    }
+    if (attributes) this.#values(attributes, alive, wedges, most);
+  }
+
+  /** The values of the wedges told. */
+  #values({ firstWedge, values }: Attributes, alive: readonly FileAttribute[], wedges: Wedges, most: number): void {
+    for (const file of alive) {
+      if (file.domain !== "corner") continue;
+      const { name, components } = file;
+      const [told, isOf] = [values[name]!, isNormal(file)];
+      const [attribute, fresh] = this.#room(name, components, wedges.count, most, file);
+      for (let k = 0; k < told.length; k += components) {
+        // Where the file has no normal, it is the one of the vertex, which is there already.
+        if (isOf && !told[k] && !told[k + 1] && !told[k + 2]) wedges.bare.add(firstWedge + k / 3);
+        else for (let c = 0; c < components; c++) attribute.array[components * firstWedge + k + c] = told[k + c]!;
+      }
+      if (!fresh) upload(attribute, components, firstWedge, wedges.count);
+    }
+  }
+
+  /** Triangles, of vertices or of wedges. */
+  #connect(delta: Delta, alive: readonly FileAttribute[]): void {
+    const { attributes, triangles } = delta;
+    const [anew, byWedge] = [attributes?.firstTriangle === 0, this.#wedges !== null];
+    const [first, places] = byWedge && anew ? [0, NONE] : [delta.firstTriangle, delta.rewritten.triangles];
+    const indices = byWedge ? (attributes?.indices ?? NONE) : delta.indices;
+    const others = byWedge ? (attributes?.rewritten.indices ?? NONE) : delta.rewritten.indices;
+    const part = alive.find(isPart);
+    const before = this.#parts?.triangles ?? this.index?.array;
+    if (attributes && anew) this.#parts = part ? new Parts() : null;
+    const [index, fresh] = this.#room("index", 3, triangles, this.#most().triangles);
+    this.setDrawRange(0, 3 * triangles);
+    if (!this.#parts) {
+      index.array.set(indices, 3 * first);
+      scatter(index.array, 3, places, others);
+      if (!fresh) upload(index, 3, first, triangles, places);
+      return;
+    }
+    if (!attributes || !part) return;
+    const [values, rewritten] = [attributes.values[part.name]!, attributes.rewritten.values[part.name]!];
+    if (anew) {
+      const all = new Uint32Array(3 * triangles);
+      if (first > 0) all.set(before!.subarray(0, 3 * first));
+      all.set(indices, 3 * first);
+      scatter(all, 3, places, others);
+      this.#parts.append(0, all, values);
+    } else {
+      this.#parts.append(first, indices, values);
+      this.#parts.rewrite(places, others, rewritten);
+    }
+    this.clearGroups();
+    for (const { part, start, count } of this.#parts.sort(triangles, index.array)) this.addGroup(start, count, part);
+    if (!fresh) upload(index, 3, 0, triangles);
+  }
+
+  /** Attributes are born, or have come with all the rest: makes the buffers by wedge, from those by vertex. */
+  #dress(attributes: Attributes, alive: readonly FileAttribute[]): void {
+    this.#alive = new Set(attributes.alive);
+    this.dressed = true;
+    if (!alive.some(({ domain }) => domain === "corner")) return;
+    const wedges = new Wedges();
+    wedges.append(attributes.vertices);
+    this.#exchange(wedges.count, this.#mostWedges(wedges), (w) => wedges.vertex(w));
+    this.#wedges = wedges;
+    this.#values(attributes, alive, wedges, this.#mostWedges(wedges));
+  }
+
+  /** Has buffers by vertex again, where they are by wedge: more attributes are about to be born. */
+  #strip(vertices: number): void {
+    const wedges = this.#wedges;
+    if (!wedges) return;
+    this.#exchange(vertices, this.#most().vertices, (v) => Math.max(wedges.any(v), 0));
+    this.#wedges = null;
+  }
+
+  /** Buffers of what all meshes have, of so many items, each as the item in the old ones that `source` names. */
+  #exchange(count: number, most: number, source: (item: number) => number): void {
+    const old = OF_VERTICES.flatMap((name) => (this.attributes[name] ? [[name, this.attributes[name]] as const] : []));
     this.#empty();
-    for (const [name, attribute] of Object.entries(dress.attributes)) this.setAttribute(name, attribute);
-    // Nothing slides any more: where a vertex comes from is where it is.
-    if (this.#morph) this.setAttribute("from", dress.attributes.position!);
-    this.setIndex(dress.index);
-    for (const { part, start, count } of dress.groups) this.addGroup(start, count, part);
-    [this.dressed, this.flat] = [true, dress.flat];
+    for (const [name, { array, itemSize }] of old) {
+      const [attribute] = this.#room(name, itemSize, count, most);
+      for (let k = 0; k < count; k++) {
+        const from = itemSize * source(k);
+        for (let c = 0; c < itemSize; c++) attribute.array[itemSize * k + c] = array[from + c]!;
+      }
+    }
   }
 
   /** Everything is new, and by vertex. */
@@ -184,7 +303,7 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     if (!this.dressed) return;
     this.#empty();
     this.clearGroups();
-    this.dressed = false;
+    [this.dressed, this.#wedges, this.#parts, this.#alive] = [false, null, null, new Set()];
   }
 
   #dispose(): void {
@@ -219,6 +338,13 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   #most(): { readonly vertices: number; readonly triangles: number } {
     const contents = this.contents!;
     return (this.room === null ? null : contents.levels[this.room]) ?? contents.wanted;
+  }
+
+  /** How many wedges there may be: nobody says so; as many a vertex as there are now, or twice the room that has not sufficed. */
+  #mostWedges({ count }: Wedges): number {
+    const position = this.getAttribute("position") as BufferAttribute | undefined;
+    const room = this.#wedges && position ? position.array.length / 3 : 0;
+    return Math.max(Math.ceil((count / Math.max(this.vertices, 1)) * this.#most().vertices), room < count ? 2 * room : 0);
   }
 
   /** Gives up room that a coarser level leaves empty. */
@@ -272,13 +398,16 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
    * The attribute, with room for `count` items: at once for all that the file will have, if that is but a few times what there is now, for no
    * header's claim shall cost memory. Tells whether it is a new one, which is sent as a whole.
    */
-  #room(name: string, components: number, count: number, most: number): [attribute: BufferAttribute, fresh: boolean] {
-    const old = name === "index" ? this.index : this.getAttribute(name);
+  #room(name: string, components: number, count: number, most: number, file?: FileAttribute): [attribute: BufferAttribute, fresh: boolean] {
+    const type = ARRAYS[name === "index" ? "u32" : (file?.type ?? "f32")];
+    const there = name === "index" ? this.index : this.getAttribute(name);
+    // A file's own normals may be of another type than those worked out.
+    const old = there?.array instanceof type ? there : null;
     if (old && old.array.length >= count * components) return [counted(old as BufferAttribute, count * components), false];
     const room = components * Math.max(count, Math.min(most, Math.max(LEAST_ROOM, GROWTH * count)));
-    const array = name === "index" ? new Uint32Array(room) : new Float32Array(room);
+    const array = new type(room);
     if (old) array.set(old.array);
-    const attribute = new BufferAttribute(array, name === "index" ? 1 : components);
+    const attribute = new BufferAttribute(array, name === "index" ? 1 : components, file?.normalised ?? false);
     if (name === "index") this.setIndex(attribute);
     else this.setAttribute(name, attribute);
     return [counted(attribute, count * components), true];
@@ -314,7 +443,8 @@ export class UnweldEdges extends BufferGeometry {
 
   #apply(delta: Delta): void {
     const { index } = this;
-    if (!index || delta.attributes || index.array.length < 6 * this.#mesh.triangles) return this.#renew();
+    const isSorted = this.#mesh.groups.length > 0;
+    if (!index || delta.attributes?.firstTriangle === 0 || (isSorted && delta.attributes) || index.array.length < 6 * this.#mesh.triangles) return this.#renew();
     for (let t = delta.firstTriangle; t < delta.triangles; t++) this.#copy(t);
     for (const t of delta.rewritten.triangles) this.#copy(t);
     upload(index, 6, delta.firstTriangle, delta.triangles, delta.rewritten.triangles);
@@ -354,6 +484,19 @@ function disposed(): DOMException {
   return new DOMException("the geometry has been disposed of", "AbortError");
 }
 
+/** The normals that a surface is shaded with. */
+function isNormal({ name, domain, type, semantic, components }: FileAttribute): boolean {
+  return name === "normal" && domain === "corner" && type === "f32" && semantic === "normal" && components === 3;
+}
+
+function isPart({ semantic, domain, components }: FileAttribute): boolean {
+  return semantic === "part" && domain === "triangle" && components === 1;
+}
+
+const NONE = new Uint32Array(0);
+const NOBODY: ReturnType<Wedges["of"]> = { wedges: NONE, places: NONE };
+/** What every mesh has, by vertex or by wedge. */
+const OF_VERTICES = ["position", "normal", "from", "born"];
 /** Least items that there is room for. */
 const LEAST_ROOM = 1 << 14;
 /** Seconds: vertices born then are in their places. */

@@ -1,9 +1,9 @@
 // One mesh on its way from bytes to deltas, on whichever thread.
 
-import { valuesOf } from "./attributes.js";
+import { attributesOf } from "./attributes.js";
 import { errorOf, type Fault } from "./errors.js";
-import { compile, Decoder, type Changes } from "./module.js";
-import type { Attributes, Contents, Delta, Level, Metadata, Residue, Settings, Until } from "./types.js";
+import { compile, Decoder } from "./module.js";
+import type { Attributes, Contents, Delta, Level, Metadata, Numbers, Residue, Settings, Until } from "./types.js";
 
 /** What decodes a mesh: a session on this thread, or one in a worker. */
 export interface Decoding {
@@ -247,7 +247,7 @@ export class Session implements Decoding {
       firstTriangle: changes.firstTriangle,
       indices: changes.indices,
       rewritten: { triangles: changes.rewritten, indices: changes.rewrittenIndices },
-      attributes: attributesOf(contents, changes),
+      attributes: attributesOf(contents.fileAttributes, changes),
       contents,
       level: lowered === undefined ? this.#level : (contents.levels[lowered] ?? null),
       levels,
@@ -270,13 +270,6 @@ export class Session implements Decoding {
   }
 }
 
-function attributesOf({ fileAttributes }: Contents, changes: Changes): Attributes | null {
-  const { wedges: vertices, wedgeIndices: indices } = changes;
-  if (indices.length === 0) return null;
-  const counts = { wedges: vertices.length, triangles: changes.triangles };
-  return { vertices, indices, values: valuesOf(fileAttributes, changes.values, counts) };
-}
-
 /** The buffers of a delta, which can be transferred. */
 export function buffersOf(delta: Delta): ArrayBuffer[] {
   const arrays = [
@@ -286,9 +279,13 @@ export function buffersOf(delta: Delta): ArrayBuffer[] {
     delta.indices,
     delta.rewritten.triangles,
     delta.rewritten.indices,
-    ...(delta.attributes ? [delta.attributes.vertices, delta.attributes.indices, ...Object.values(delta.attributes.values)] : []),
+    ...(delta.attributes ? arraysOf(delta.attributes) : []),
   ];
   return arrays.map((array) => array.buffer as ArrayBuffer);
+}
+
+function arraysOf({ vertices, indices, values, rewritten }: Attributes): Numbers[] {
+  return [vertices, indices, ...Object.values(values), rewritten.indices, ...Object.values(rewritten.values)];
 }
 
 /** Bytes that wait to be decoded before no more are read. */

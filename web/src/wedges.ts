@@ -1,15 +1,63 @@
-// A geometry's buffers by wedge: what the attributes of a file make of those by vertex.
+// What a geometry by wedge keeps beside its buffers: which wedges a vertex has.
 
-import { BufferAttribute } from "three";
-import type { Attributes, FileAttribute, Numbers } from "./unweld.js";
+import type { Numbers } from "./unweld.js";
 
-/** Buffers by wedge. */
-export interface Dress {
-  readonly attributes: Readonly<Record<string, BufferAttribute>>;
-  readonly index: BufferAttribute;
-  readonly groups: readonly Group[];
-  /** Whether the file has normals, and one for each triangle. */
-  readonly flat: boolean;
+/** Wedges by vertex. They are appended; each stays with its vertex. */
+export class Wedges {
+  count = 0;
+  /** Those for which the file has no normal. */
+  readonly bare = new Set<number>();
+  /** The vertex of each. */
+  #vertices = new Uint32Array(0);
+  /** By vertex the wedge that came last, and by wedge the one before it of the same vertex; each more by 1, 0 for none. */
+  #last = new Uint32Array(0);
+  #before = new Uint32Array(0);
+
+  append(vertices: Uint32Array): void {
+    const first = this.count;
+    this.count += vertices.length;
+    this.#vertices = grown(this.#vertices, this.count);
+    this.#before = grown(this.#before, this.count);
+    this.#vertices.set(vertices, first);
+    this.#last = grown(this.#last, vertices.reduce((most, v) => Math.max(most, v + 1), 0));
+    for (let w = first; w < this.count; w++) {
+      const v = this.#vertices[w]!;
+      this.#before[w] = this.#last[v]!;
+      this.#last[v] = w + 1;
+    }
+  }
+
+  /** A wedge of a vertex, or -1. */
+  any(v: number): number {
+    return (this.#last[v] ?? 0) - 1;
+  }
+
+  vertex(wedge: number): number {
+    return this.#vertices[wedge]!;
+  }
+
+  /** All wedges of some vertices, and for each the place of its vertex among them; `only` some of the wedges. */
+  of(vertices: Uint32Array, only?: ReadonlySet<number>): { wedges: Uint32Array; places: Uint32Array } {
+    const [wedges, places]: [number[], number[]] = [[], []];
+    vertices.forEach((v, place) => {
+      for (let w = this.any(v); w >= 0; w = this.#before[w]! - 1) {
+        if (only && !only.has(w)) continue;
+        wedges.push(w);
+        places.push(place);
+      }
+    });
+    return { wedges: Uint32Array.from(wedges), places: Uint32Array.from(places) };
+  }
+}
+
+/** Whether the three corners of every triangle have the same normal. Equal normals of a source stay equal, however few bits they have. */
+export function isFlat(normals: ArrayLike<number>, indices: ArrayLike<number>, triangles: number): boolean {
+  const alike = (a: number, b: number) => [0, 1, 2].every((k) => normals[3 * a + k] === normals[3 * b + k]);
+  for (let t = 0; t < triangles; t++) {
+    const [a, b, c] = [indices[3 * t]!, indices[3 * t + 1]!, indices[3 * t + 2]!];
+    if (!alike(a, b) || !alike(a, c)) return false;
+  }
+  return true;
 }
 
 /** Indices of one part. */
@@ -19,75 +67,53 @@ export interface Group {
   readonly count: number;
 }
 
-/** The buffers of a mesh whose vertices have these positions and normals. */
-export function dressOf(
-  { vertices, indices, values }: Attributes,
-  file: readonly FileAttribute[],
-  position: ArrayLike<number>,
-  normal: ArrayLike<number>,
-): Dress {
-  const byVertex = Object.entries({ position, normal }).map(([name, values]) => [name, new BufferAttribute(gathered(values, vertices), 3)] as const);
-  const attributes: Dress["attributes"] = Object.fromEntries(byVertex);
-  const own = file.flatMap(({ name, domain, components, normalised }): [string, BufferAttribute][] =>
-    domain === "corner" ? [[name, new BufferAttribute(values[name]!, components, normalised)]] : [],
-  );
-  const told = file.find(({ name, semantic, components }) => name === "normal" && semantic === "normal" && components === 3);
-  const normals = told && values[told.name];
-  if (normals instanceof Float32Array) complete(normals, attributes.normal!.array);
-  const part = file.find(({ semantic, domain, components }) => semantic === "part" && domain === "triangle" && components === 1);
-  const [index, groups] = part ? byPart(indices, values[part.name]!) : [indices, []];
-  return {
-    attributes: { ...attributes, ...Object.fromEntries(own) },
-    index: new BufferAttribute(index, 1),
-    groups,
-    flat: normals !== undefined && isFlat(normals, indices),
-  };
-}
+/** Triangles by number and their parts, where an index has them part by part. */
+export class Parts {
+  triangles = new Uint32Array(0);
+  #numbers = new Float64Array(0);
 
-/** Three numbers of the vertex of each wedge. */
-function gathered(values: ArrayLike<number>, vertices: Uint32Array): Float32Array {
-  const array = new Float32Array(3 * vertices.length);
-  vertices.forEach((v, wedge) => {
-    for (let k = 0; k < 3; k++) array[3 * wedge + k] = values[3 * v + k]!;
-  });
-  return array;
-}
+  /** Triangles from `first` on are these, and of these parts. */
+  append(first: number, indices: ArrayLike<number>, parts: Numbers): void {
+    this.triangles = grown(this.triangles, 3 * first + indices.length);
+    this.#numbers = grown(this.#numbers, first + parts.length);
+    this.triangles.set(indices, 3 * first);
+    this.#numbers.set(parts, first);
+  }
 
-/** Where the file has no normal, it is the one of the vertex. */
-function complete(normals: Float32Array, others: ArrayLike<number>): void {
-  for (let at = 0; at < normals.length; at += 3) {
-    if (normals[at] || normals[at + 1] || normals[at + 2]) continue;
-    for (let k = 0; k < 3; k++) normals[at + k] = others[at + k]!;
+  /** Single triangles have others. */
+  rewrite(triangles: Uint32Array, indices: Uint32Array, parts: Numbers): void {
+    triangles.forEach((t, k) => {
+      for (let c = 0; c < 3; c++) this.triangles[3 * t + c] = indices[3 * k + c]!;
+      this.#numbers[t] = parts[k]!;
+    });
+  }
+
+  /** Writes the first triangles part by part, in ascending order, each part's in the order in which they are. */
+  sort(count: number, into: { [at: number]: number }): Group[] {
+    const counts = new Map<number, number>();
+    for (let t = 0; t < count; t++) counts.set(this.#numbers[t]!, (counts.get(this.#numbers[t]!) ?? 0) + 1);
+    const groups: Group[] = [];
+    const next = new Map<number, number>();
+    let start = 0;
+    for (const [part, count] of [...counts].sort(([a], [b]) => a - b)) {
+      groups.push({ part, start, count: 3 * count });
+      next.set(part, start);
+      start += 3 * count;
+    }
+    for (let t = 0; t < count; t++) {
+      const part = this.#numbers[t]!;
+      const to = next.get(part)!;
+      for (let k = 0; k < 3; k++) into[to + k] = this.triangles[3 * t + k]!;
+      next.set(part, to + 3);
+    }
+    return groups;
   }
 }
 
-/** The triangles part by part, in ascending order, each part's in the order in which they were. */
-function byPart(indices: Uint32Array, parts: Numbers): [indices: Uint32Array, groups: Group[]] {
-  const counts = new Map<number, number>();
-  for (const part of parts) counts.set(part, (counts.get(part) ?? 0) + 1);
-  const groups: Group[] = [];
-  const next = new Map<number, number>();
-  let start = 0;
-  for (const [part, count] of [...counts].sort(([a], [b]) => a - b)) {
-    groups.push({ part, start, count: 3 * count });
-    next.set(part, start);
-    start += 3 * count;
-  }
-  const sorted = new Uint32Array(indices.length);
-  parts.forEach((part, t) => {
-    const to = next.get(part)!;
-    for (let k = 0; k < 3; k++) sorted[to + k] = indices[3 * t + k]!;
-    next.set(part, to + 3);
-  });
-  return [sorted, groups];
-}
-
-/** Whether the three corners of every triangle have the same normal. Equal normals of a source stay equal, however few bits they have. */
-function isFlat(normals: Numbers, indices: Uint32Array): boolean {
-  const alike = (a: number, b: number) => [0, 1, 2].every((k) => normals[3 * a + k] === normals[3 * b + k]);
-  for (let t = 0; t < indices.length; t += 3) {
-    const [a, b, c] = [indices[t]!, indices[t + 1]!, indices[t + 2]!];
-    if (!alike(a, b) || !alike(a, c)) return false;
-  }
-  return true;
+/** The same numbers, with room for so many: twice as much as before where it does not suffice. */
+function grown<T extends Uint32Array<ArrayBuffer> | Float64Array<ArrayBuffer>>(array: T, length: number): T {
+  if (array.length >= length) return array;
+  const larger = new (array.constructor as new (length: number) => T)(Math.max(length, 2 * array.length));
+  larger.set(array);
+  return larger;
 }

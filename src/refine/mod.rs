@@ -2,6 +2,8 @@
 
 pub mod birth;
 pub mod history;
+#[cfg(any(test, feature = "encode"))]
+pub mod labels;
 pub mod mesh;
 pub mod operation;
 pub mod roots;
@@ -10,6 +12,8 @@ pub mod wedges;
 
 pub use birth::Birth;
 pub use history::{History, Level};
+#[cfg(any(test, feature = "encode"))]
+pub use labels::{Labels, Ring};
 pub use mesh::{ProgressiveMesh, from_cell};
 pub use operation::{Operation, OperationError, Site};
 pub use roots::{Root, Roots};

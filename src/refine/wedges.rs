@@ -1,15 +1,29 @@
-//! Which wedge each corner names (spec §13.3).
+//! Which wedge each corner names, and what an operation does to that (spec §13.3, §13.9).
 
-use crate::mesh::{Corner, CornerTable};
+use super::Site;
+use crate::mesh::{Corner, CornerTable, Triangle};
 
 /// The wedges of a mesh: a wedge is a vertex with one value of every attribute, what a graphics processor calls a vertex.
 ///
 /// Empty where there is no attribute at corners.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Wedges {
-    /// By slot of the table, and place in the triangle; the fourth is not used.
+    /// By slot of the table, and place in the triangle; the fourth is the triangle's own row of values of triangles.
     corners: Vec<[u32; 4]>,
     count: u32,
+}
+
+/// An operation as it was carried out, to the triangles that it has made and rewritten.
+#[derive(Clone, Copy, Debug)]
+pub struct Carried<'a> {
+    /// Where it was.
+    pub site: Site,
+    /// The corners at its vertex: in new triangles, then in rewritten ones; those of flips in their order behind the others.
+    pub star: &'a [Corner],
+    /// How many of its triangles are new.
+    pub created: usize,
+    /// Of each flip the corner at the vertex that faced the edge.
+    pub flips: &'a [Corner],
 }
 
 impl Wedges {
@@ -21,6 +35,21 @@ impl Wedges {
         Self { corners: vec![[Self::NONE; 4]; table.slots()], count: 0 }
     }
 
+    /// Wedges that are called as a writer calls them.
+    #[cfg(test)]
+    pub fn of_labels(
+        table: &CornerTable,
+        of: impl Fn(Corner) -> u32,
+        of_triangle: impl Fn(Triangle) -> u32,
+    ) -> Self {
+        let mut wedges = Self::open(table);
+        for t in table.triangles() {
+            let [a, b, c] = t.corners().map(&of);
+            wedges.corners[t.index()] = [a, b, c, of_triangle(t)];
+        }
+        wedges
+    }
+
     /// How many wedges there are.
     pub fn count(&self) -> u32 {
         self.count
@@ -30,6 +59,75 @@ impl Wedges {
     #[inline]
     pub fn of(&self, c: Corner) -> u32 {
         self.corners.get(c.triangle().index()).map_or(Self::NONE, |corners| corners[c.place()])
+    }
+
+    /// The row of a triangle, or [`Wedges::NONE`].
+    #[inline]
+    pub fn row(&self, t: Triangle) -> u32 {
+        self.corners.get(t.index()).map_or(Self::NONE, |corners| corners[3])
+    }
+
+    /// Names the row of a triangle.
+    pub fn set_row(&mut self, t: Triangle, row: u32) {
+        self.corners[t.index()][3] = row;
+    }
+
+    /// Whether nothing is known of any triangle.
+    pub fn is_empty(&self) -> bool {
+        self.corners.is_empty()
+    }
+
+    /// Corners take wedges as an operation has them: those of the link from the triangles that they come from, those of the new vertex
+    /// are open. `table` is the one that it has led to (spec §13.9).
+    #[inline]
+    pub fn carry(&mut self, table: &CornerTable, operation: &Carried) {
+        self.corners.resize(table.slots(), [Self::NONE; 4]);
+        let star = operation.star;
+        match operation.site {
+            Site::Edge(..) => {
+                // (c, a, b) has become (c, a, v) and the new (c, v, b); the corners at v are given, and so across the edge.
+                for side in 0..operation.created {
+                    let (new, old) = (star[side], star[operation.created + side]);
+                    let [c, _, b] = [old.next(), old.prev(), old].map(|c| self.of(c));
+                    let row = self.row(old.triangle());
+                    self.corners[new.triangle().index()][3] = row;
+                    self.set([(new.prev(), c), (new.next(), b), (new, Self::NONE), (old, Self::NONE)]);
+                }
+                let flipped = &star[2 * operation.created..];
+                for (&c, &other) in operation.flips.iter().zip(flipped) {
+                    // (v, p, q) and (r, q, p) have become (v, p, r) and (v, r, q).
+                    let o = other.next();
+                    let (p, r) = (self.of(o.prev()), self.of(o));
+                    self.set([(c.next(), p), (c.prev(), r), (other, Self::NONE), (c, Self::NONE)]);
+                    self.corners[c.triangle().index()][3] = self.row(o.triangle());
+                }
+            }
+            Site::Face(..) => {
+                // (x, y, z) has become (x, y, v), and (y, z, v) and (z, x, v) are new.
+                let Some(&old) = star.last() else { return };
+                let second = Triangle(table.slots() as u32 - 2).corner(0);
+                let third = Triangle(table.slots() as u32 - 1).corner(0);
+                let [x, y, z] = [old.next(), old.prev(), old].map(|c| self.of(c));
+                self.set([(second, y), (second.next(), z), (third, z), (third.next(), x)]);
+                self.set([(second.prev(), Self::NONE), (third.prev(), Self::NONE), (old, Self::NONE)]);
+                let row = self.row(old.triangle());
+                [second, third].iter().for_each(|c| self.corners[c.triangle().index()][3] = row);
+            }
+            Site::Attach(..) => {
+                let Some(&at) = star.first() else { return };
+                // The ear (b, a, v) has the triangle of a→b behind it.
+                let behind = table.opposite(at);
+                let [a, b] = [behind.next(), behind.prev()].map(|c| self.of(c));
+                self.set([(at.next(), b), (at.prev(), a), (at, Self::NONE)]);
+                self.corners[at.triangle().index()][3] = self.row(behind.triangle());
+            }
+        }
+    }
+
+    fn set<const N: usize>(&mut self, corners: [(Corner, u32); N]) {
+        for (c, wedge) in corners {
+            self.corners[c.triangle().index()][c.place()] = wedge;
+        }
     }
 
     /// A new wedge, of these corners.

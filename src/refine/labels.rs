@@ -1,0 +1,266 @@
+//! What a writer knows corners by, on the way from the finest mesh to the base.
+
+use super::Site;
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
+
+/// A label for each corner, and one for each triangle, of a mesh that loses its vertices.
+///
+/// When a vertex goes, each coarse corner takes the label of a fine one at the same vertex and on the same side of the edge that is
+/// left: what [`Wedges::carry`](super::Wedges::carry) makes of coarse corners is then what the fine ones were, but for link vertices
+/// that were of two labels there.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Labels {
+    /// By slot and place; the fourth is the triangle's.
+    corners: Vec<[u32; 4]>,
+}
+
+/// The star of a vertex: what each of its triangles is labelled, and round which vertices it goes.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Ring {
+    /// Of each triangle, counter-clockwise: at the vertex, at the next, at the one before; and its own.
+    pub labels: Vec<[u32; 4]>,
+    /// Its corners at the vertex.
+    pub corners: Vec<Corner>,
+    /// The next vertex of each of them, and at the boundary the last one.
+    link: Vec<Vertex>,
+}
+
+impl Ring {
+    /// The star of `v`: from the edge to the first vertex of its site on, or at the boundary from the edge that leaves it.
+    pub fn corners(table: &CornerTable, v: Vertex, site: Site, corners: &mut Vec<Corner>) {
+        corners.clear();
+        corners.extend(table.fan(v));
+        if !table.is_boundary(v) {
+            let (Site::Edge(a, _) | Site::Face(a, ..) | Site::Attach(a, _)) = site;
+            let first = corners.iter().position(|c| table.vertex(c.next()) == a);
+            corners.rotate_left(first.unwrap_or(0));
+        }
+    }
+
+    /// Which fine triangles are on the side of the coarse one with these vertices: those on its side of the edge that is left.
+    fn side(&self, site: Site, vertices: [Vertex; 3]) -> std::ops::Range<usize> {
+        let count = self.labels.len();
+        let Site::Edge(a, b) = site else { return 0..count };
+        if self.link.len() > count {
+            return 0..count; // At the boundary there is one side.
+        }
+        let place = |w: Vertex| self.link.iter().position(|&other| other == w);
+        let Some(middle) = place(b) else { return 0..count };
+        let is_right = vertices.iter().any(|&w| w != a && place(w).is_some_and(|place| place < middle));
+        if is_right { 0..middle } else { middle..count }
+    }
+}
+
+impl Labels {
+    /// Labels by slot: of the three corners, then of the triangle.
+    pub fn new(corners: Vec<[u32; 4]>) -> Self {
+        Self { corners }
+    }
+
+    /// The label of a corner.
+    #[inline]
+    pub fn of(&self, c: Corner) -> u32 {
+        self.corners[c.triangle().index()][c.place()]
+    }
+
+    /// The label of a triangle.
+    #[inline]
+    pub fn of_triangle(&self, t: Triangle) -> u32 {
+        self.corners[t.index()][3]
+    }
+
+    /// Only those of triangles that are left, which have been numbered anew in their order.
+    pub fn compact(&mut self, there: &[Triangle]) {
+        for (k, t) in there.iter().enumerate() {
+            self.corners[k] = self.corners[t.index()];
+        }
+        self.corners.truncate(there.len());
+    }
+
+    /// Reads the star of `v`, which was inserted at `site`.
+    pub fn ring(&self, table: &CornerTable, v: Vertex, site: Site, ring: &mut Ring) {
+        Ring::corners(table, v, site, &mut ring.corners);
+        let corners = &ring.corners;
+        let of =
+            |&c: &Corner| [self.of(c), self.of(c.next()), self.of(c.prev()), self.of_triangle(c.triangle())];
+        ring.labels.clear();
+        ring.labels.extend(corners.iter().map(of));
+        ring.link.clear();
+        ring.link.extend(corners.iter().map(|c| table.vertex(c.next())));
+        if let Some(last) = corners.last().filter(|_| table.is_boundary(v)) {
+            ring.link.push(table.vertex(last.prev()));
+        }
+    }
+
+    /// The vertex of `ring` has gone from `table`: labels the corners of what is left of its triangles. Where the two fine corners at a
+    /// vertex of the link have other labels, and not the edge that is left between them, `second` says of the triangles on both sides of
+    /// it, by place in the ring, whether the label is that of the second. Returns whether each new triangle is labelled as all fine ones
+    /// in its place were.
+    pub fn settle(
+        &mut self,
+        table: &CornerTable,
+        ring: &Ring,
+        site: Site,
+        second: impl Fn(usize, usize) -> bool,
+    ) -> bool {
+        if let Site::Attach(..) = site {
+            return true;
+        }
+        let count = ring.labels.len();
+        let mut fits = true;
+        // The places of those that were last in the list are gone.
+        let is_left = |t: Triangle| t.index() < table.slots() && table.is_live(t);
+        for t in ring.corners.iter().map(|c| c.triangle()).filter(|t| is_left(*t)) {
+            let vertices = table.triangle(t);
+            let side = ring.side(site, vertices);
+            let own = ring.labels[side.start][3];
+            fits &= ring.labels[side.clone()].iter().all(|labels| labels[3] == own);
+            self.corners[t.index()][3] = own;
+            for (k, w) in vertices.into_iter().enumerate() {
+                let Some(i) = ring.link.iter().position(|&other| other == w) else { continue };
+                // The triangle before the vertex, and the one behind it.
+                let before = (i + count - 1) % count;
+                let [x, y] = [ring.labels[before][2], ring.labels[i % count][1]];
+                let is_open = ring.link.len() > count;
+                let takes_second = match site {
+                    _ if is_open && i == 0 => true,
+                    _ if is_open && i == count => false,
+                    // On the right of the edge it is the first triangle behind a, and the last before b.
+                    Site::Edge(a, _) if w == a => side.start == 0,
+                    Site::Edge(_, b) if w == b => side.start > 0,
+                    _ => x != y && second(before, i % count),
+                };
+                self.corners[t.index()][k] = if takes_second { y } else { x };
+            }
+        }
+        fits
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::shapes;
+    use crate::refine::wedges::Carried;
+    use crate::refine::{Operation, Wedges};
+
+    /// Corners labelled by vertex and by which side of a plane their triangle is on, triangles by side; all vertices that can go by an edge
+    /// go and come back: what is carried is what was there, on both sides of seams that run along the edges left.
+    #[test]
+    fn what_is_carried_is_what_was_there() {
+        for mesh in [shapes::torus(8, 6), shapes::grid(6, 5), shapes::sphere(2)] {
+            let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
+            let right = |t: Triangle| {
+                table.triangle(t).iter().map(|v| mesh.positions[v.index()][0]).sum::<f64>() > 1.0
+            };
+            let of = |t: Triangle| {
+                let side = u32::from(right(t));
+                let [a, b, c] = table.triangle(t).map(|v| 2 * v.0 + side);
+                [a, b, c, side]
+            };
+            let labels = Labels::new(table.triangles().map(of).collect());
+            let mut gone = 0;
+            for v in (0..mesh.positions.len() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some()) {
+                let link = table.link(v);
+                let seams: Vec<usize> = table
+                    .fan(v)
+                    .enumerate()
+                    .filter(|(_, c)| {
+                        let beyond = table.opposite(c.prev());
+                        beyond.is_some() && right(c.triangle()) != right(beyond.triangle())
+                    })
+                    .map(|(place, _)| place)
+                    .collect();
+                let (i, k) = match (seams[..].len(), table.is_boundary(v)) {
+                    (2, false) => (seams[0], seams[1]),
+                    (0, false) => (0, 2),
+                    (0, true) => (link.len() - 1, 0),
+                    _ => continue,
+                };
+                let (a, b) = (link[i], link[k]);
+                // Flips that leave the triangles of the split: fans from the other link vertices' edges to one of each side.
+                for flips in candidates(&link, i, k, table.is_boundary(v)) {
+                    let operation = Operation {
+                        vertex: v,
+                        site: Site::Edge(a, b),
+                        first_flip: 0,
+                        flip_count: flips.len() as u32,
+                    };
+                    let mut coarse = table.clone();
+                    if operation.undo(&mut coarse, &flips).is_err() {
+                        continue;
+                    }
+                    gone += 1;
+                    let (mut below, mut ring) = (labels.clone(), Ring::default());
+                    below.ring(&table, v, operation.site, &mut ring);
+                    assert!(below.settle(&coarse, &ring, operation.site, |_, _| panic!("no seam ends here")));
+                    carried(&table, &mut coarse, &operation, &flips, &below, &labels);
+                }
+            }
+            assert!(gone > 10, "{gone}");
+        }
+    }
+
+    /// Lists of flips that may lead to a star with these neighbours from the split of the edge from the `i`-th to the `k`-th.
+    fn candidates(link: &[Vertex], i: usize, k: usize, boundary: bool) -> Vec<Vec<Vertex>> {
+        let count = link.len();
+        let between = |from: usize, to: usize| {
+            let mut places = Vec::new();
+            let mut at = (from + 1) % count;
+            while at != to {
+                places.push(link[at]);
+                at = (at + 1) % count;
+            }
+            places
+        };
+        let right = if boundary { Vec::new() } else { between(i, k) };
+        let left = between(k, i);
+        let fan = |start: Vertex, places: &[Vertex]| -> Vec<Vertex> {
+            // The first wing is the last of the places: each flip's link edge starts where the side does.
+            std::iter::repeat_n(start, places.len().saturating_sub(1)).collect()
+        };
+        vec![[fan(link[i], &right), fan(link[k], &left)].concat()]
+    }
+
+    fn carried(
+        fine: &CornerTable,
+        coarse: &mut CornerTable,
+        operation: &Operation,
+        flips: &[Vertex],
+        below: &Labels,
+        labels: &Labels,
+    ) {
+        let mut wedges = Wedges::of_labels(coarse, |c| below.of(c), |t| below.of_triangle(t));
+        // As a reader carries it out, by hand.
+        let Site::Edge(a, b) = operation.site else { panic!("an edge") };
+        let k = coarse.find_directed_edge(a, b);
+        let (corners, count) = crate::refine::stellar::split_edge(coarse, k, operation.vertex);
+        let [new_left, old_left, new_right, old_right] = corners;
+        let mut star = if count == 4 {
+            vec![new_left, new_right, old_left, old_right]
+        } else {
+            vec![new_left, old_left]
+        };
+        let mut flipped = Vec::new();
+        for &p in flips {
+            let c = coarse.fan(operation.vertex).find(|&c| coarse.vertex(c.next()) == p).unwrap();
+            flipped.push(c);
+            star.push(crate::refine::stellar::flip(coarse, c));
+        }
+        let created = count / 2;
+        wedges.carry(coarse, &Carried { site: operation.site, star: &star, created, flips: &flipped });
+        // The same triangles, in other places.
+        for t in fine.triangles() {
+            let vertices = fine.triangle(t);
+            let c = coarse.find_directed_edge(vertices[0], vertices[1]).next();
+            assert_eq!(coarse.vertex(c.prev()), vertices[2]);
+            assert_eq!(wedges.row(c.triangle()), labels.of_triangle(t));
+            for (place, c) in [c, c.next(), c.prev()].into_iter().enumerate() {
+                let known = t.corner(place as u32);
+                let wanted =
+                    if vertices[place] == operation.vertex { Wedges::NONE } else { labels.of(known) };
+                assert_eq!(wedges.of(c), wanted, "{operation:?} at {:?}", vertices[place]);
+            }
+        }
+    }
+}

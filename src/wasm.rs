@@ -248,7 +248,7 @@ impl Client {
             }
             Event::Residue => self.residue(),
             // `take` looks for them.
-            Event::Attributes => {}
+            Event::Attributes { .. } => {}
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
             Event::Correction | Event::Order => {}
             Event::Metadata => {

@@ -1,9 +1,11 @@
 //! What level 0 lacks of the input: the residue, its attributes, and where it is asked for the correction and the order. All of it is
 //! named by places in the walk of level 0.
 
+use super::alive::Alive;
+use super::labelling::Labelling;
 use super::names::{Names, turned};
 use super::{Options, attributes, grids};
-use crate::codec::attributes::{Attributes, Finest, Truth};
+use crate::codec::attributes::Finest;
 use crate::codec::correction::{Copied, Correction};
 use crate::codec::grid::Real;
 use crate::codec::order::{Order, Origin};
@@ -14,8 +16,8 @@ use crate::container::AttributeEntry;
 use crate::error::{Error, Result};
 use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::topology::{Manifold, Remainder};
-use crate::mesh::{IndexedMesh, Lattice, Vertex};
-use crate::refine::ProgressiveMesh;
+use crate::mesh::{CornerTable, IndexedMesh, Lattice, Vertex};
+use crate::refine::{History, ProgressiveMesh};
 
 /// The payloads of level 0; those that are not wanted are empty.
 #[derive(Debug, Default)]
@@ -62,7 +64,7 @@ impl<'a> Finish<'a> {
             options.exact.is_some() && (0..same.len()).any(|v| differ(input, v, same[v] as usize));
         let mut triangles = Vec::new();
         let entries = attributes::entries(input, options);
-        if has_copies || options.keep_order || !entries.is_empty() {
+        if has_copies || options.keep_order {
             triangles = table.triangles().map(|t| table.triangle(t)).collect();
         }
         let flipped = table.triangles().filter(|t| remainder.flipped[t.index()]);
@@ -77,11 +79,36 @@ impl<'a> Finish<'a> {
         &self.entries
     }
 
+    /// What their corners are at every level of a history of `table`, whose vertices are at `positions`; `None` where there are none.
+    /// The entries are told where attributes are born.
+    pub fn label(
+        &mut self,
+        table: &CornerTable,
+        history: &History,
+        positions: &[[i32; 3]],
+    ) -> Option<Labelling> {
+        if self.entries.is_empty() {
+            return None;
+        }
+        let kinds: Vec<_> = self.entries.iter().map(AttributeEntry::kind).collect();
+        let table = table.clone();
+        let labelling = Labelling::new(self.input, &kinds, &self.remainder, table, history, positions);
+        for (entry, &birth) in self.entries.iter_mut().zip(&labelling.inherited) {
+            entry.birth = if std::env::var("B0").is_ok() { 0 } else { birth as u32 };
+        }
+        Some(labelling)
+    }
+
     /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.
     ///
     /// # Errors
     /// [`Error::Parameter`] where a part has a number that cannot be written.
-    pub fn payloads(&self, mesh: &ProgressiveMesh, lattice: &Lattice) -> Result<Payloads> {
+    pub fn payloads(
+        &self,
+        mesh: &ProgressiveMesh,
+        alive: Option<&mut Alive>,
+        lattice: &Lattice,
+    ) -> Result<Payloads> {
         let tour = Tour::new(mesh);
         let names = Names::new(&self.remainder, &self.flipped, mesh, &tour, lattice);
         let mut payloads = Payloads { counts: names.residue.counts(), ..Payloads::default() };
@@ -100,17 +127,16 @@ impl<'a> Finish<'a> {
         budget.take_work(pass)?;
         let mut whole = Whole::new(mesh, &names.residue, &tour);
         let mut vertices = names.vertices(&self.remainder, &whole);
-        let origins = if self.has_copies || self.keep_order || !self.entries.is_empty() {
+        let origins = if self.has_copies || self.keep_order {
             self.origins(&names, &whole, &vertices)
         } else {
             Vec::new()
         };
-        if !self.entries.is_empty() {
-            let kinds: Vec<_> = self.entries.iter().map(AttributeEntry::kind).collect();
-            let corners = attributes::corners(&origins, &names.residue);
-            let truth = Truth::new(&self.input.attributes, &kinds, &corners);
+        if let Some(alive) = alive {
+            let outside: Vec<usize> = self.remainder.origins.in_table.iter_zeros().collect();
+            let further = names.further.iter().map(|&k| outside[k as usize]);
             let finest = Finest { mesh, tour: &tour, residue: &names.residue, whole: &whole };
-            let (payload, work) = Attributes::encode(kinds, &truth, finest).map_err(cannot)?;
+            let (payload, work) = alive.finish(finest, further).map_err(cannot)?;
             payloads.attributes = payload;
             budget.take_work(work)?;
             payloads.work[1] = budget.work();

@@ -165,7 +165,7 @@ mod tests {
         let mut corners = Corners::default();
         let color = entry(Semantic::Color, 0, "");
         let mut column = Column::new(color.kind());
-        [Some([7].as_slice()), None, Some(&[9])].into_iter().for_each(|value| column.push(value));
+        (0..).zip([Some([7].as_slice()), None, Some(&[9])]).for_each(|(at, value)| column.set(at, value));
         corners.append(&color, &column, 0..3);
         assert_eq!(corners.values, [7, 0, 9, 0]);
         corners.append(&entry(Semantic::Part, 0, ""), &column, [1, 2].into_iter());
@@ -176,7 +176,7 @@ mod tests {
         let values = Values::F64(vec![1.5]);
         let source = Attribute::new(Semantic::Color, 1, values, vec![0]);
         number.quantisation.quantise(&source, 0, &mut integers);
-        column.push(Some(&integers));
+        column.set(0, Some(&integers));
         corners.append(&number, &column, 0..1);
         assert_eq!(
             (corners.values[8..].to_vec(), stored(&number)),

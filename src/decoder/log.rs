@@ -163,12 +163,10 @@ impl Log {
         }
         self.below += 1;
         settle(mesh, &coarser);
-        if !wedges.is_empty() {
-            self.swap_parted(self.below - 1, wedges);
-            let rewritten = &mut self.rewritten[coarser.rewritten..fine.rewritten];
-            rewritten.iter_mut().rev().for_each(|(t, there)| wedges.swap(*t, there));
-            self.tails.push(wedges.cut(mesh.table.slots()));
-        }
+        self.swap_parted(self.below - 1, wedges);
+        let rewritten = &mut self.rewritten[coarser.rewritten..fine.rewritten];
+        rewritten.iter_mut().rev().for_each(|(t, there)| wedges.swap(*t, there));
+        self.tails.push(wedges.cut(mesh.table.slots()));
         Some(coarser.level)
     }
 

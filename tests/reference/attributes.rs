@@ -141,8 +141,10 @@ pub fn give_values(file: &File, mesh: &Mesh, whole: &mut Whole, origins: &Origin
         return Ok(());
     }
     let payload = file.payload(ATTRIBUTES, 0);
-    let mut code = Code::start(&payload);
-    let mut columns: Vec<Column> = file.attributes.iter().map(Column::of).collect();
+    let told = file.attributes.iter().filter(|about| about.constant.is_none());
+    let mut columns: Vec<Column> = told.map(Column::of).collect();
+    // Constants alone have no payload.
+    let mut code = Code::start(if columns.is_empty() { &[0] } else { &payload });
     let walk = Walk::of(mesh);
     let mut wedges = Wedges::default();
     let mut further = vec![];
@@ -153,7 +155,9 @@ pub fn give_values(file: &File, mesh: &Mesh, whole: &mut Whole, origins: &Origin
     for column in columns.iter_mut().filter(|column| column.is_of_triangles()) {
         read_triangles(&mut code, mesh, &walk, column, whole.triangles.len())?;
     }
-    code.end()?;
+    if !columns.is_empty() {
+        code.end()?;
+    }
     whole.values = (0..whole.triangles.len())
         .map(|t| {
             let corners = walk.triangles.get(t).map(|&c| match origins.turned[t] {
@@ -169,7 +173,12 @@ pub fn give_values(file: &File, mesh: &Mesh, whole: &mut Whole, origins: &Origin
                     };
                     column.values[at].as_ref().map(|value| numbers(&column.about, value))
                 };
-                columns.iter().map(value).collect()
+                let mut told = columns.iter();
+                let every = file.attributes.iter().map(|about| match &about.constant {
+                    Some(constant) => Some(numbers(about, constant)),
+                    None => told.next().and_then(value),
+                });
+                every.collect()
             })
         })
         .collect();

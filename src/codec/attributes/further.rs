@@ -1,14 +1,14 @@
 //! What the residue's further triangles have: the wedges of their vertices, or new ones, and values of their own (spec §13.6, §13.7).
 
-use super::round::{CornerModels, take_room};
+use super::round::{CornerModels, fan, take_room};
 use super::values::Around;
 use super::{Attributes, Finest, Known};
 use crate::codec::whole::{WholeError, spend};
 use crate::entropy::{BitCoder, NumberModel};
 use crate::limits::Budget;
-use crate::mesh::Corner;
 use crate::mesh::attributes::Domain;
 use crate::refine::Wedges;
+use bitvec::vec::BitVec;
 use std::collections::HashMap;
 
 /// The pass over the further triangles.
@@ -36,7 +36,7 @@ impl<'a, K: Known> Further<'a, K> {
         let mut at: HashMap<u32, Vec<u32>> = HashMap::new();
         self.list_known(wedges, &mut at, budget)?;
         let mut choice = NumberModel::default();
-        let mut coded = Vec::new();
+        let (mut coded, mut last) = (Vec::new(), None);
         for (t, triangle) in triangles.iter().enumerate() {
             spend(budget, t)?;
             let mut corners = [0; 3];
@@ -52,13 +52,14 @@ impl<'a, K: Known> Further<'a, K> {
                     0 => {
                         take_room(budget, *count, columns)?;
                         let around = Around { mesh: self.finest.mesh, wedges };
-                        let before = here.last().copied().or(count.checked_sub(1));
+                        let before = here.last().copied().or(last);
                         for &k in alive.iter() {
                             let (models, column) = (&mut self.models[k], &mut columns[k]);
                             let value = self.known.value(k, label);
                             models.code(coder, &around, column, *count, &[], before, value)?;
                         }
                         here.push(*count);
+                        last = Some(*count);
                         *count += 1;
                         *count - 1
                     }
@@ -89,15 +90,34 @@ impl<'a, K: Known> Further<'a, K> {
             at.entry(whole.names[name as usize]).or_default();
         }
         budget.take_work(4 * mesh.table.slots() as u64)?;
-        for (k, &v) in tour.vertices.iter().enumerate() {
-            let Some(here) = at.get_mut(&whole.names[k]) else { continue };
-            let from = here.len();
-            here.extend(mesh.table.fan(v).map(|c: Corner| wedges.of(c)));
-            // By birth, whichever corner the table has the fan begin at.
-            here[from..].sort_unstable();
-            here.dedup();
-            budget.take_memory(here.len() - from, 3 * size_of::<u32>())?;
+        budget.take_memory(mesh.table.vertex_slots() / 8 + size_of::<usize>(), 1)?;
+        let mut seen: BitVec = BitVec::repeat(false, mesh.table.vertex_slots());
+        budget.take_memory(wedges.count() as usize / 8 + size_of::<usize>(), 1)?;
+        let mut listed: BitVec = BitVec::repeat(false, wedges.count() as usize);
+        let mut k = 0;
+        for &c in &tour.walk.triangles {
+            for first in [c.next(), c.prev(), c] {
+                let v = mesh.table.vertex(first);
+                if seen.replace(v.index(), true) {
+                    continue;
+                }
+                k += 1;
+                let Some(here) = at.get_mut(&whole.names[k - 1]) else { continue };
+                // As the whole pass goes round: wedges are numbered by how a reader has come here.
+                let first = if mesh.table.is_boundary(v) { mesh.table.corner_of(v) } else { first };
+                for wedge in fan(&mesh.table, first).map(|c| wedges.of(c)) {
+                    // A wedge is of one vertex.
+                    if !listed.replace(wedge as usize, true) {
+                        budget.take_memory(1, 3 * size_of::<u32>())?;
+                        here.push(wedge);
+                    }
+                }
+            }
         }
+        budget.give_memory(
+            (mesh.table.vertex_slots() + wedges.count() as usize) / 8 + 2 * size_of::<usize>(),
+            1,
+        );
         Ok(())
     }
 }
@@ -115,12 +135,14 @@ impl Attributes {
     ) -> Result<(), WholeError> {
         debug_assert_eq!(self.columns[k].kind.domain, Domain::Triangle);
         let around = Around { mesh: finest.mesh, wedges: &Wedges::default() };
+        // The last of the walk: rows are numbered by how a reader has come here.
+        let mut before = finest.tour.walk.triangles.last().map(|c| self.wedges.row(c.triangle()));
         for t in 0..finest.residue.triangles.len() {
             let row = self.rows + t as u32;
             take_room(budget, row, std::slice::from_ref(&self.columns[k]))?;
             let truth = if C::ENCODES { known.further(t)[3] } else { 0 };
-            let before = row.checked_sub(1);
             models.code(coder, &around, &mut self.columns[k], row, &[], before, known.value(k, truth))?;
+            before = Some(row);
             coder.check()?;
         }
         Ok(())

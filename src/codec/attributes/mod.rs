@@ -169,6 +169,11 @@ impl Attributes {
         corners
     }
 
+    /// The row of a further triangle of level 0.
+    pub fn further_row(&self, k: u32) -> u32 {
+        self.further_row.saturating_add(k)
+    }
+
     /// For each triangle of a mesh its row, likewise.
     pub fn rows(&self, walk: &Walk, residue: &Residue) -> Vec<u32> {
         let of_walk = walk.triangles.iter().map(|c| self.wedges.row(c.triangle()));

@@ -249,4 +249,4 @@ pub fn take_room(budget: &mut Budget, k: u32, columns: &[Column]) -> Result<(), 
 /// Items that the budget is debited for at a time.
 const AHEAD: usize = 1024;
 /// Units of work for a value.
-const WORK_A_VALUE: u64 = 16;
+pub(super) const WORK_A_VALUE: u64 = 16;

@@ -1,6 +1,6 @@
 //! The whole pass: every vertex of a mesh in walk order, then its triangles (spec §13.3, §13.7).
 
-use super::round::{CornerModels, RoundModels, Vicinity, fan, take_room};
+use super::round::{CornerModels, RoundModels, Vicinity, WORK_A_VALUE, fan, take_room};
 use super::values::Around;
 use super::{Attributes, Known};
 use crate::codec::walk::Walk;
@@ -90,6 +90,7 @@ impl Attributes {
         let integers: usize = born.iter().map(|&k| self.columns[k].kind.integers() + 1).sum();
         budget.take_memory(self.wedges.count() as usize, 4 * integers)?;
         budget.take_work(WORK_A_CORNER * 3 * walk.triangles.len() as u64)?;
+        budget.take_work(WORK_A_VALUE * u64::from(self.wedges.count()) * born.len() as u64)?;
         budget.take_memory(mesh.table.vertex_slots() / 8 + size_of::<usize>(), 1)?;
         let old = self.corner_columns();
         let mut seen: BitVec = BitVec::repeat(false, mesh.table.vertex_slots());

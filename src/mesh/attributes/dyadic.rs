@@ -22,7 +22,7 @@ impl Dyadic {
         let unit = power(exponent)?;
         let multiple = |&x: &f64| {
             let multiple = x / unit;
-            (multiple.abs() <= f64::from(i32::MAX)).then_some(multiple as i32)
+            (f64::from(i32::MIN)..=f64::from(i32::MAX)).contains(&multiple).then_some(multiple as i32)
         };
         Some(Self { exponent, multiples: numbers.iter().map(multiple).collect::<Option<_>>()? })
     }

@@ -104,7 +104,24 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
             painted(),
             Options { exact: Some(Real::Binary32), keep_order: true, ..small(10, 6, 8) },
         ),
+        ("constants.uwm", washed(), small(10, 6, 9)),
     ]
+}
+
+/// The same shape with attributes of one value each.
+fn washed() -> IndexedMesh {
+    let mut mesh = painted();
+    let n = mesh.triangles.len();
+    let of = |semantic, components, values| Attribute::new(semantic, components, values, vec![0; 3 * n]);
+    mesh.attributes = vec![
+        Attribute { normalised: true, ..of(Semantic::Color, 4, Values::U8(vec![255; 4])) },
+        of(Semantic::TexCoord, 2, Values::F32(vec![0.5, -0.75])),
+        of(Semantic::Normal, 3, Values::F32(vec![0.6, 0.0, 0.8])),
+        of(Semantic::Weights, 4, Values::F32(vec![0.1, 0.2, 0.3, 0.4])),
+        of(Semantic::Generic, 1, Values::F64(vec![f64::NEG_INFINITY])),
+        Attribute::parts(&vec![7; n]),
+    ];
+    mesh
 }
 
 /// A ball and a triangle that it has twice: texture coordinates with a seam, normals, colours at corners, a part for each triangle, and
@@ -250,6 +267,10 @@ fn they_are_what_the_read_me_says() {
     };
     assert_eq!(kinds("values.uwm"), [(2, 1, 0), (0, 2, 0), (3, 0, 2), (7, 0, 4), (6, 0, 1)]);
     assert_eq!(kinds("exact_values.uwm"), [(2, 3, 0), (0, 3, 0), (3, 0, 2), (7, 0, 4), (6, 0, 1)]);
+    let constant = |a: &super::attribute::Attribute| a.constant.is_some();
+    let washed = File::read(&load("constants.uwm")).unwrap();
+    assert!(washed.attributes.len() == 6 && washed.attributes.iter().all(constant));
+    assert!(!washed.payload(RESIDUE, 0).is_empty() && washed.atoms.iter().all(|atom| atom.kind != 8));
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
     let births = File::read(&load("births.uwm")).unwrap();
     let with = (0..births.levels.len()).filter(|&j| !births.atoms_of(BIRTH, j).is_empty()).count();

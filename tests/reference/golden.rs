@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
-use unweld::mesh::attributes::{Attribute, NO_VALUE, Semantic, Values};
+use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::simplify::Method;
@@ -81,7 +81,7 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
         ),
         (
             "births.uwm",
-            snapped(parts()),
+            snapped(components()),
             Options {
                 keyframes: Keyframes::Every(2),
                 preview: Preview::Schedule(vec![0, 1, 2]),
@@ -105,6 +105,7 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
             Options { exact: Some(Real::Binary32), keep_order: true, ..small(10, 6, 8) },
         ),
         ("constants.uwm", washed(), small(10, 6, 9)),
+        ("born_values.uwm", dressed(), Options { keyframes: Keyframes::Every(3), ..small(10, 8, 9) }),
     ]
 }
 
@@ -157,8 +158,39 @@ fn painted() -> IndexedMesh {
     mesh
 }
 
+/// Components of many sizes, of which one has a triangle twice: texture coordinates in two charts, colours at corners, a part for each
+/// component, and a number of triangles that is another one round one vertex.
+fn dressed() -> IndexedMesh {
+    let mut mesh = snapped(components());
+    mesh.triangles.push(mesh.triangles[4]);
+    let (mut uv, mut colours, mut kinds, mut components) = (vec![], vec![], vec![], vec![]);
+    let mut last = 0;
+    for t in &mesh.triangles {
+        let at = t.map(|v| mesh.positions[v as usize]);
+        let middle: f64 = at.iter().map(|p| p[0] + p[2]).sum();
+        for p in at {
+            uv.extend([(p[1] + if middle < 0.5 { 3.0 } else { 0.0 }) as f32, p[2] as f32]);
+            colours.extend(p.map(|x| (60.0 + 20.0 * x) as u8));
+        }
+        kinds.push(u8::from(t.contains(&13)));
+        // Components have their vertices one behind the other.
+        last += u32::from(t.iter().min() > mesh.triangles[..kinds.len() - 1].iter().flatten().max());
+        components.push(last);
+    }
+    let corners: Vec<u32> = (0..3 * mesh.triangles.len() as u32).collect();
+    let kinds =
+        Attribute::new(Semantic::Generic, 1, Values::U8(kinds), corners[..mesh.triangles.len()].to_vec());
+    mesh.attributes = vec![
+        Attribute::new(Semantic::TexCoord, 2, Values::F32(uv), corners.clone()),
+        Attribute { normalised: true, ..Attribute::new(Semantic::Color, 3, Values::U8(colours), corners) },
+        Attribute { name: "kind".into(), domain: Domain::Triangle, ..kinds },
+        Attribute::parts(&components),
+    ];
+    mesh
+}
+
 /// A ball, three tetrahedra, two strips and twelve loose triangles, each apart from the others and of another size.
-fn parts() -> IndexedMesh {
+pub fn components() -> IndexedMesh {
     let triangle = IndexedMesh::new(vec![[0.0; 3], [1.0, 0.25, 0.125], [0.25, 1.0, 0.5]], vec![[0, 1, 2]]);
     let (ball, tetrahedron, strip) = (shapes::sphere(1), shapes::tetrahedron(), shapes::strip(4));
     let parts = [&[ball][..], &vec![tetrahedron; 3], &vec![strip; 2], &vec![triangle; 12]].concat();
@@ -271,6 +303,13 @@ fn they_are_what_the_read_me_says() {
     let washed = File::read(&load("constants.uwm")).unwrap();
     assert!(washed.attributes.len() == 6 && washed.attributes.iter().all(constant));
     assert!(!washed.payload(RESIDUE, 0).is_empty() && washed.atoms.iter().all(|atom| atom.kind != 8));
+    assert_eq!(figures("born_values.uwm"), (10, 3, true, 12, 0));
+    let births = |name| {
+        let file = File::read(&load(name)).unwrap();
+        file.attributes.iter().map(|a| a.birth).collect::<Vec<_>>()
+    };
+    assert_eq!(births("values.uwm"), [11, 11, 11, 11, 0]);
+    assert_eq!(births("born_values.uwm"), [9, 9, 1, 9]);
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
     let births = File::read(&load("births.uwm")).unwrap();
     let with = (0..births.levels.len()).filter(|&j| !births.atoms_of(BIRTH, j).is_empty()).count();

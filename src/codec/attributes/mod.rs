@@ -152,6 +152,12 @@ impl Attributes {
         self.at_corners(&born)
     }
 
+    /// Whether two wedges have the same values in some columns. Their numbers do not tell: these depend on where a decoder has set out from.
+    fn are_alike<'a>(&self, a: u32, b: u32, columns: impl IntoIterator<Item = &'a usize>) -> bool {
+        let is_same = |&k: &usize| self.columns[k].value(a) == self.columns[k].value(b);
+        a == b || columns.into_iter().all(is_same)
+    }
+
     fn at_corners(&self, columns: &[usize]) -> Vec<usize> {
         columns.iter().copied().filter(|&k| self.columns[k].kind.is_coded_at(Domain::Corner)).collect()
     }

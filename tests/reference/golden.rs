@@ -255,6 +255,18 @@ fn both_decoders_read_them() {
     }
 }
 
+/// What is the same everywhere is told once, and known at every corner of every level, of further triangles too.
+#[test]
+fn constants_are_everywhere() {
+    let seen = agree(&load("constants.uwm")).expect("both read it");
+    let white = vec![255u64; 4];
+    assert!(seen.whole.values.len() == 81 && seen.levels.len() == 12);
+    for corner in seen.whole.values.as_flattened() {
+        assert!(corner.len() == 6 && corner[0] == Some(white.clone()), "{corner:?}");
+        assert_eq!(corner[4], Some(vec![f64::NEG_INFINITY.to_bits()]));
+    }
+}
+
 /// Asserts that the whole is the mesh, to the last bit; in order, or but for the order and repeated vertices.
 pub fn same_bits(mesh: &IndexedMesh, whole: &Whole, in_order: bool) {
     let bits = |positions: &[[f64; 3]]| -> Vec<_> { positions.iter().map(|p| p.map(f64::to_bits)).collect() };

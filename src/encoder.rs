@@ -2,6 +2,7 @@
 
 mod alive;
 mod attributes;
+mod features;
 mod finish;
 mod grids;
 mod labelling;
@@ -28,7 +29,7 @@ use places::Places;
 use std::io::Write;
 use std::time::Instant;
 
-pub use options::{Keyframes, LatticeChoice, Options, Preview, Profile};
+pub use options::{AttributeBirth, Keyframes, LatticeChoice, Options, Preview, Profile};
 pub use report::{Joined, Report, Seconds};
 
 /// What the encoder is doing.
@@ -143,7 +144,8 @@ impl<'a> Encoder<'a> {
             manifold.locked = manifold.locked_with_boundary();
         }
         let locked_vertices = manifold.locked.count_ones();
-        let (mut simplified, quantised) = self.simplify(manifold, &mesh.positions, &lattice)?;
+        let features = finish.features(&manifold, &self.options, &lattice);
+        let (mut simplified, quantised) = self.simplify(manifold, features, &mesh.positions, &lattice)?;
         let simplifying = start.elapsed() - conditioning;
 
         // The places of removed triangles take far more memory than the base.
@@ -151,7 +153,7 @@ impl<'a> Encoder<'a> {
         let base = simplified.base.clone();
         let roots = Roots::choose(&base);
         let options = Options { position_bits: lattice.bits, ..self.options.clone() };
-        let labelling = finish.label(&simplified.input, &simplified.history, &quantised);
+        let labelling = finish.label(&simplified, &quantised, &self.options);
         let mut mesh_at_base = ProgressiveMesh { table: base, positions: quantised, roots };
         let places = Places::of_all_levels(&mut mesh_at_base, &mut simplified, &lattice, &options);
         joined.add_to(&mut simplified.errors);
@@ -269,6 +271,7 @@ impl<'a> Encoder<'a> {
     fn simplify(
         &mut self,
         manifold: Manifold,
+        features: Features,
         input: &[[f64; 3]],
         lattice: &Lattice,
     ) -> Result<(Simplified, Vec<[i32; 3]>)> {
@@ -283,9 +286,8 @@ impl<'a> Encoder<'a> {
         let own = (positions != input).then_some(positions);
         let positions = own.as_deref().unwrap_or(input);
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
-        let none = Features::default();
         let simplified =
-            simplify::simplify(table, positions, locked, none, lattice, &options, &mut progress)?;
+            simplify::simplify(table, positions, locked, features, lattice, &options, &mut progress)?;
         Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 

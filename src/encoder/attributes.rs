@@ -16,11 +16,14 @@ pub fn entries(mesh: &IndexedMesh, options: &Options) -> Vec<AttributeEntry> {
     mesh.attributes.iter().map(entry).collect()
 }
 
-/// The bits that are asked for, by what the attribute is called, or else by what it is.
+/// The bits that are asked for.
 fn bits(attribute: &Attribute, options: &Options) -> Option<u32> {
-    let of = |name: &str| {
-        options.attribute_bits.iter().rev().find(|(other, _)| other == name).map(|&(_, bits)| bits)
-    };
+    named(attribute, &options.attribute_bits)
+}
+
+/// What a list says of an attribute by what it is called, or else by what it is; of several the last.
+pub fn named<T: Copy>(attribute: &Attribute, list: &[(String, T)]) -> Option<T> {
+    let of = |name: &str| list.iter().rev().find(|(other, _)| other == name).map(|&(_, said)| said);
     of(&attribute.title()).or_else(|| of(attribute.semantic.name()))
 }
 
@@ -36,7 +39,9 @@ pub fn check(mesh: &IndexedMesh, options: &Options) -> Result<()> {
     for attribute in &mesh.attributes {
         attribute.check(mesh.triangles.len()).map_err(Error::Parameter)?;
     }
-    for (name, bits) in &options.attribute_bits {
+    let names = options.attribute_bits.iter().map(|(name, _)| name);
+    let names = names.chain(options.attribute_births.iter().map(|(name, _)| name));
+    for name in names.chain(options.attribute_weights.iter().map(|(name, _)| name)) {
         let is_there =
             |attribute: &Attribute| attribute.title() == *name || attribute.semantic.name() == name;
         if !mesh.attributes.iter().any(is_there)
@@ -44,6 +49,15 @@ pub fn check(mesh: &IndexedMesh, options: &Options) -> Result<()> {
         {
             return Err(Error::Parameter(format!("the mesh has no attribute {name}")));
         }
+    }
+    for (name, weight) in &options.attribute_weights {
+        if !(weight.is_finite() && *weight >= 0.0) {
+            return Err(Error::Parameter(format!(
+                "{name}: a weight of {weight}, allowed is what is finite and at least 0"
+            )));
+        }
+    }
+    for (name, bits) in &options.attribute_bits {
         if !(1..=24).contains(bits) {
             return Err(Error::Parameter(format!("{name}: {bits} bits, allowed 1 to 24")));
         }

@@ -4,7 +4,7 @@
 use super::alive::Alive;
 use super::labelling::Labelling;
 use super::names::{Names, turned};
-use super::{Options, attributes, grids};
+use super::{AttributeBirth, Options, attributes, features, grids};
 use crate::codec::attributes::Finest;
 use crate::codec::correction::{Copied, Correction};
 use crate::codec::grid::Real;
@@ -16,8 +16,9 @@ use crate::container::AttributeEntry;
 use crate::error::{Error, Result};
 use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::topology::{Manifold, Remainder};
-use crate::mesh::{CornerTable, IndexedMesh, Lattice, Vertex};
-use crate::refine::{History, ProgressiveMesh};
+use crate::mesh::{IndexedMesh, Lattice, Vertex};
+use crate::refine::ProgressiveMesh;
+use crate::simplify::{Features, Simplified};
 
 /// The payloads of level 0; those that are not wanted are empty.
 #[derive(Debug, Default)]
@@ -79,22 +80,39 @@ impl<'a> Finish<'a> {
         &self.entries
     }
 
-    /// What their corners are at every level of a history of `table`, whose vertices are at `positions`; `None` where there are none.
-    /// The entries are told where attributes are born.
+    /// What the attributes mean to the simplification.
+    pub fn features(&self, manifold: &Manifold, options: &Options, lattice: &Lattice) -> Features {
+        if self.entries.is_empty() {
+            return Features::default();
+        }
+        features::features(self.input, manifold, &self.remainder, &self.entries, options, lattice)
+    }
+
+    /// What the corners of `simplified`, whose vertices are at `positions`, are at every level; `None` where there are no attributes. The
+    /// entries are told where attributes are born.
     pub fn label(
         &mut self,
-        table: &CornerTable,
-        history: &History,
+        simplified: &Simplified,
         positions: &[[i32; 3]],
+        options: &Options,
     ) -> Option<Labelling> {
         if self.entries.is_empty() {
             return None;
         }
         let kinds: Vec<_> = self.entries.iter().map(AttributeEntry::kind).collect();
-        let table = table.clone();
+        let (table, history) = (simplified.input.clone(), &simplified.history);
         let labelling = Labelling::new(self.input, &kinds, &self.remainder, table, history, positions);
-        for (entry, &birth) in self.entries.iter_mut().zip(&labelling.inherited) {
-            entry.birth = if std::env::var("B0").is_ok() { 0 } else { birth as u32 };
+        let attributes = self.input.attributes.iter().zip(&labelling.coarsest).zip(&labelling.parted);
+        for (entry, ((attribute, &coarsest), &parted)) in self.entries.iter_mut().zip(attributes) {
+            let birth = features::birth(attribute, options);
+            let most = match birth {
+                _ if !features::may_be_coarse(attribute, birth) => 0,
+                // Where nearly every edge parts it, every operation would have to tell all of its corners anew.
+                AttributeBirth::Auto if parted > MOSTLY => 0,
+                _ if features::is_chart(attribute) => simplified.charts_to,
+                _ => coarsest,
+            };
+            entry.birth = coarsest.min(most) as u32;
         }
         Some(labelling)
     }
@@ -243,5 +261,7 @@ fn differ(mesh: &IndexedMesh, v: usize, w: usize) -> bool {
     mesh.positions[v].map(f64::to_bits) != mesh.positions[w].map(f64::to_bits)
 }
 
+/// Which share of the edges may part an attribute that is born at a coarser level than the finest.
+const MOSTLY: f64 = 0.5;
 /// Coordinates of an axis by which its grids are chosen, at most.
 const SAMPLES: usize = 2048;

@@ -17,7 +17,9 @@ pub struct Labelling {
     pub base: Labels,
     /// For each column of triangles the coarsest level that can have it: every operation of finer ones leaves triangles with the values
     /// of those that they come from. For columns at corners the base.
-    pub inherited: Vec<usize>,
+    pub coarsest: Vec<usize>,
+    /// For each column which share of the input's edges between two triangles parts it.
+    pub parted: Vec<f64>,
     /// For each level those of the components that are born there, by slot of their own table.
     births: Vec<Labels>,
     /// By vertex where its ring begins: in the list, and at which vertex of its link.
@@ -47,11 +49,13 @@ impl Labelling {
             truth,
             of_input,
             base,
-            inherited: vec![history.level_count(); kinds.len()],
+            coarsest: vec![history.level_count(); kinds.len()],
+            parted: Vec::new(),
             births: Vec::new(),
             first: vec![(0, Vertex::NONE); table.vertex_slots()],
             rings: Vec::new(),
         };
+        this.parted = (0..kinds.len()).map(|k| this.parted(&table, k, kinds[k].domain)).collect();
         let mut ring = Ring::default();
         for j in 0..history.level_count() {
             this.births.push(history.birth(j).map_or_else(Labels::default, |birth| {
@@ -76,6 +80,24 @@ impl Labelling {
         let there: Vec<Triangle> = table.triangles().collect();
         this.base.compact(&there);
         this
+    }
+
+    fn parted(&self, table: &CornerTable, k: usize, domain: Domain) -> f64 {
+        let (mut parted, mut all) = (0u32, 0u32);
+        let value = |c: Corner| self.truth.value(k, self.base.of(c));
+        for c in table.triangles().flat_map(|t| t.corners()).filter(|&c| c < table.opposite(c)) {
+            let o = table.opposite(c);
+            if o.is_none() {
+                continue;
+            }
+            let of_triangle = |c: Corner| self.truth.value(k, self.base.of_triangle(c.triangle()));
+            let differs = match domain {
+                Domain::Corner => value(c.next()) != value(o.prev()) || value(c.prev()) != value(o.next()),
+                Domain::Triangle => of_triangle(c) != of_triangle(o),
+            };
+            (parted, all) = (parted + u32::from(differs), all + 1);
+        }
+        f64::from(parted) / f64::from(all.max(1))
     }
 
     /// An operation has inserted `v`: labels its star. Room for the corners of that is lent.
@@ -124,8 +146,8 @@ impl Labelling {
             })
         };
         for (k, _) in kinds.iter().enumerate().filter(|(_, kind)| kind.domain == Domain::Triangle) {
-            if self.inherited[k] > j && differs(k) {
-                self.inherited[k] = j;
+            if self.coarsest[k] > j && differs(k) {
+                self.coarsest[k] = j;
             }
         }
     }

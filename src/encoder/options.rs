@@ -39,6 +39,12 @@ pub struct Options {
     /// Bits of the numbers of attributes, 1 to 24, by their titles ([`Attribute::title`](crate::mesh::Attribute::title)) or the names of their
     /// semantics, e.g. `("uv", 12)`; of the others as many as [`Quantisation::choose`](crate::mesh::attributes::Quantisation::choose) says.
     pub attribute_bits: Vec<(String, u32)>,
+    /// Where attributes are born, by names as in `attribute_bits`, e.g. `("uv", AttributeBirth::Base)`; the others as
+    /// [`AttributeBirth::Auto`] says.
+    pub attribute_births: Vec<(String, AttributeBirth)>,
+    /// What attributes weigh in the choice of what coarse levels lack, finite and at least 0, by names as in `attribute_bits`, e.g.
+    /// `("normal", 2.0)`; of the others 1. 0: errors of the attribute do not count, but its charts are kept.
+    pub attribute_weights: Vec<(String, f64)>,
     /// Whether splits and flips are coded under more models each: about 1 % fewer bytes, decoded a little more slowly.
     pub rich_models: bool,
     /// Bytes after which a refinement atom ends at the latest, with the operation under way; 1 to 60,000. Where little comes before it, it
@@ -63,6 +69,8 @@ impl Default for Options {
             exact: None,
             keep_order: false,
             attribute_bits: Vec::new(),
+            attribute_births: Vec::new(),
+            attribute_weights: Vec::new(),
             rich_models: false,
             atom_bytes: 16 << 10,
             max_memory: u64::MAX,
@@ -178,6 +186,20 @@ impl Profile {
     pub fn rich_models(self) -> bool {
         self == Self::Small
     }
+}
+
+/// At which level an attribute is born: coarser ones do not have it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum AttributeBirth {
+    /// As coarse as it is worth it: texture coordinates and parts at the coarsest level whose vertices are not mostly locked by the borders
+    /// of their charts; what is not finite at the finest.
+    #[default]
+    Auto,
+    /// At the base, whatever that locks.
+    Base,
+    /// At the finest level.
+    Finest,
 }
 
 /// Which levels get a keyframe; the base always has one.

@@ -36,6 +36,22 @@ pub struct Energy {
     pub total: f32,
 }
 
+/// What a triangulation in place of a star loses.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Lost {
+    /// Of the surface, in the star's units.
+    pub distortion: f32,
+    /// Of the values at corners, in the fourth power of the cube's unit.
+    pub values: f64,
+}
+
+impl Lost {
+    /// Of values only.
+    pub fn values(values: f64) -> Self {
+        Self { distortion: 0.0, values }
+    }
+}
+
 impl Energy {
     /// Of a vertex that cannot be removed.
     pub const NEVER: Self = Self { distortion: f32::INFINITY, total: f32::INFINITY };
@@ -109,15 +125,15 @@ impl Metric {
     }
 
     /// E(v) = alpha C(v) + beta S(v), over the fourth power of the mean edge length. C(v) is the quadric at the point `foot` of the new star
-    /// nearest to v, but no less than this vertex alone makes, squared distance times area, and than the new triangles do, which is
-    /// `distortion`, in the star's units; `shape` is S(v) times its price.
-    pub fn energy(&self, v: Vertex, star: &Star, foot: Vec3, distortion: f32, shape: f32) -> Energy {
+    /// nearest to v, but no less than this vertex alone makes, squared distance times area, and than the new triangles do, and what is
+    /// `lost` of the values; `shape` is S(v) times its price.
+    pub fn energy(&self, v: Vertex, star: &Star, foot: Vec3, lost: Lost, shape: f32) -> Energy {
         let unit = star.mean_edge.powi(2);
         let foot = star.outside(foot);
-        let own =
-            (foot.length_squared() * f64::from(star.area) * unit).max(f64::from(distortion) * unit * unit);
+        let own = (foot.length_squared() * f64::from(star.area) * unit)
+            .max(f64::from(lost.distortion) * unit * unit);
         let scale = self.alpha / self.mean_edge.powi(4);
-        let distortion = (self.quadrics[v.index()].at(foot).max(own) + aside(star)) * scale;
+        let distortion = (self.quadrics[v.index()].at(foot).max(own) + aside(star) + lost.values) * scale;
         let total = distortion + f64::from(shape) * unit * unit * scale;
         Energy { distortion: distortion as f32, total: total as f32 }
     }
@@ -224,7 +240,7 @@ mod tests {
         let h = 0.01;
         bulge(h, |metric, star| {
             let foot = star.foot([[0, 0, 2]].into_iter());
-            let energy = metric.energy(Vertex(0), &star, foot, 0.0, 0.0);
+            let energy = metric.energy(Vertex(0), &star, foot, Lost::default(), 0.0);
             let expected = 0.75 * 2.0 * 10.0 * (0.5 * h).powi(2) / metric.mean_edge.powi(4);
             assert!(
                 (f64::from(energy.total) / expected - 1.0).abs() < 0.01,

@@ -22,12 +22,14 @@ mod seams;
 mod seconds;
 mod shadow;
 mod star;
+mod values;
 
 pub use births::Births;
 pub use covering::{LevelError, Probe, Traces};
 pub use moved::Moved;
 pub use seams::Features;
 pub use seconds::Seconds;
+pub use values::Values;
 
 use crate::error::{Error, Result};
 use crate::limits::max_walked;
@@ -42,6 +44,7 @@ use removal::{Kept, Remover};
 use rows::Rows;
 use seams::Seams;
 use seconds::timed;
+use values::Corners;
 
 /// How the next vertex is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -137,21 +140,23 @@ pub struct Simplified {
     pub weights: Vec<f32>,
     /// The mesh as it was given.
     pub input: CornerTable,
+    /// The coarsest level at which all charts are whole ([`Features::seams`]); all coarser ones know of no seam.
+    pub charts_to: usize,
     /// Where the time went.
     pub seconds: Seconds,
 }
 
 /// Simplifies down to the base.
 ///
-/// `locked` vertices stay, and so do the curves that `features` names. `progress` is called with the vertices removed so far and the vertices to remove; it returns
-/// whether to go on.
+/// `locked` vertices stay, and so do the curves that `features` names, unless they are given up; its values are part of what a removal costs. `progress` is called with the vertices
+/// removed so far and the vertices to remove; it returns whether to go on.
 ///
 /// # Errors
 /// [`Error::Cancelled`] where `progress` said so, [`Error::Parameter`] where `features` are not of this table.
 pub fn simplify(
     table: CornerTable,
     positions: &[[f64; 3]],
-    mut locked: BitVec,
+    locked: BitVec,
     features: Features,
     lattice: &Lattice,
     options: &Options,
@@ -160,17 +165,17 @@ pub fn simplify(
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
     let mut components = Components::new(&table, &places, options.births);
-    let seams = Seams::new(&table, features)?;
-    if let Some(seams) = &seams {
-        locked |= seams.corners();
-    }
-    let mut remover = Remover::new(table, places, Kept { locked, seams }, options);
+    let Features { seams, binding, values } = features;
+    let may_drop = !binding;
+    let (seams, corners) = (Seams::new(&table, seams)?, Corners::new(&table, values)?);
+    let mut remover = Remover::new(table, places, Kept { locked, seams, corners }, options);
     let start = remover.vertices;
-    let held = remover.held();
-    let target = |held_now: usize| {
+    let mut held = remover.held();
+    let held_otherwise = held - remover.held_by_curves();
+    let target = |held: usize, held_now: usize| {
         options.base_vertices.unwrap_or_else(|| default_base_vertices(start - held + held_now, held_now))
     };
-    let first_target = target(held);
+    let first_target = target(held, held);
     let few = options.base_vertices.unwrap_or((start / FEW).max(LEAST));
     let mut target_now = first_target;
     let mut random = SplitMix64::new(options.seed);
@@ -191,8 +196,15 @@ pub fn simplify(
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
     let mut walked = 0;
-    let mut thins = false;
+    let (mut thins, mut charts_to, mut is_stuck) = (false, None, false);
     while walked + remover.table.triangle_count() as u64 <= allowed {
+        // A level most of whose vertices stay for their charts' sake has little of the surface.
+        if may_drop && remover.has_curves() && (is_stuck || 2 * remover.held_by_curves() > remover.vertices) {
+            remover.drop_curves();
+            charts_to = Some(remover.history.level_count());
+            (held, budget) = (held_otherwise, options.level_budget);
+            target_now = target(held, remover.held());
+        }
         let half = remover.table.triangle_count() / 2;
         let error = errors.last().map_or(0.0, |error| error.max) / remover.places.frame.length(1.0);
         let mut may_go_on = false;
@@ -211,23 +223,25 @@ pub fn simplify(
             }
         }
         let mut has_level = remover.history.end_level();
+        let is_over = !has_level && !may_go_on;
+        is_stuck = is_over && may_drop && remover.has_curves() && remover.vertices > target_now;
         // Only where there are far too many: the base is not to lose a large part for a few vertices.
-        thins |= !has_level && !may_go_on && remover.vertices > few.saturating_mul(2);
-        if !has_level && !may_go_on && thins && remover.vertices > few {
+        thins |= is_over && !is_stuck && remover.vertices > few.saturating_mul(2);
+        if is_over && !is_stuck && thins && remover.vertices > few {
             let size = components.smallest().map_or(0.0, |size| size.max(error * error) * GROWTH * GROWTH);
             let lack = Lack { size, triangles: half, vertices: remover.vertices - few };
             components.leave(&mut remover, lack);
             has_level = remover.history.end_level();
         }
         if has_level {
-            target_now = target(remover.held());
+            target_now = target(held, remover.held());
             budget = options.level_budget;
             walked += remover.table.triangle_count() as u64;
             measure(&mut remover, &mut errors);
         } else if may_go_on {
             budget = 1.0;
             rows.end();
-        } else {
+        } else if !is_stuck {
             break;
         }
     }
@@ -235,7 +249,8 @@ pub fn simplify(
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
     let Remover { table: base, history, covering, .. } = remover;
     let (weights, input) = covering.into_parts();
-    Ok(Simplified { base, history, errors, traces, weights, input, seconds })
+    let charts_to = charts_to.unwrap_or(history.level_count());
+    Ok(Simplified { base, history, errors, traces, weights, input, charts_to, seconds })
 }
 
 /// Vertices of the input for each that a base may have before components are left out of it that are larger than its error.

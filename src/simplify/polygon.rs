@@ -155,7 +155,7 @@ impl Triangles {
     }
 
     /// One after the other.
-    pub fn iter(&self) -> impl Iterator<Item = [usize; 3]> + '_ {
+    pub fn iter(&self) -> impl Iterator<Item = [usize; 3]> + Clone + '_ {
         self.of[..self.count].iter().map(|t| t.map(usize::from))
     }
 }

@@ -3,13 +3,14 @@
 use super::Options;
 use super::covering::Covering;
 use super::frame::Places;
-use super::metric::{Energy, Metric};
-use super::polygon::{MAX_SIDES, Shape};
+use super::metric::{Energy, Lost, Metric};
+use super::polygon::{MAX_SIDES, Shape, Triangulation};
 use super::rows::Pattern;
 use super::seams::Seams;
 use super::seconds::Stopwatch;
 use super::shadow::Shadow;
 use super::star::Star;
+use super::values::{Around, Corners};
 use crate::mesh::prefetch::prefetch;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
@@ -49,6 +50,7 @@ pub struct Remover<'a> {
     energies: Energies,
     barred: Barred,
     seams: Option<Seams>,
+    corners: Option<Corners>,
     /// Lists that are empty between removals, with their memory.
     room: (Vec<Triangle>, Vec<Vertex>),
 }
@@ -71,12 +73,16 @@ pub struct Kept {
     pub locked: BitVec,
     /// Curves, if there are any.
     pub seams: Option<Seams>,
+    /// As far as it goes, what corners are worth.
+    pub corners: Option<Corners>,
 }
 
 /// The vertices that must stay.
 #[derive(Debug)]
 struct Barred {
     /// At all levels.
+    always: BitVec,
+    /// These, and the corners of curves that there are still.
     locked: BitVec,
     /// In this level: those on the link of a vertex removed.
     blocked: BitVec,
@@ -85,7 +91,11 @@ struct Barred {
 impl<'a> Remover<'a> {
     /// A mesh with all its vertices.
     pub fn new(table: CornerTable, places: Places<'a>, kept: Kept, options: &Options) -> Self {
-        let Kept { locked, seams } = kept;
+        let Kept { locked: always, seams, corners } = kept;
+        let mut locked = always.clone();
+        if let Some(seams) = &seams {
+            locked |= seams.corners();
+        }
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
@@ -100,8 +110,9 @@ impl<'a> Remover<'a> {
                 distortions: vec![f32::NAN; count],
                 shapes: vec![Shape::NONE; count],
             },
-            barred: Barred { locked, blocked: BitVec::repeat(false, count) },
+            barred: Barred { always, locked, blocked: BitVec::repeat(false, count) },
             seams,
+            corners,
             room: Default::default(),
             table,
             places,
@@ -118,6 +129,9 @@ impl<'a> Remover<'a> {
             self.covering.compact(&there);
             if let Some(seams) = &mut self.seams {
                 seams.compact(&there);
+            }
+            if let Some(corners) = &mut self.corners {
+                corners.compact(&there);
             }
         }
         // The pattern is part of what a removal costs.
@@ -164,6 +178,27 @@ impl<'a> Remover<'a> {
     /// How many vertices are locked.
     pub fn held(&self) -> usize {
         vertices(&self.table).filter(|v| self.barred.locked[v.index()]).count()
+    }
+
+    /// How many vertices are locked for nothing but the curves that end at them.
+    pub fn held_by_curves(&self) -> usize {
+        let barred = &self.barred;
+        vertices(&self.table).filter(|v| barred.locked[v.index()] && !barred.always[v.index()]).count()
+    }
+
+    /// Whether there are curves that are kept.
+    pub fn has_curves(&self) -> bool {
+        self.seams.is_some()
+    }
+
+    /// From here on no curve is kept.
+    pub fn drop_curves(&mut self) {
+        self.seams = None;
+        if let Some(corners) = &mut self.corners {
+            corners.drop_charts();
+        }
+        self.barred.locked.clone_from(&self.barred.always);
+        self.energies.costs.fill(f32::NAN);
     }
 
     /// Whether the surface is bent more or less alike, so that the shape of triangles counts.
@@ -271,9 +306,12 @@ impl<'a> Remover<'a> {
     /// made exist is not asked.
     fn energy(&self, v: Vertex) -> (Energy, Shape) {
         let Some(star) = self.star(v) else { return (Energy::NEVER, Shape::NONE) };
+        let around = self.around(v, &star);
         if star.ring().len() == 2 {
-            let foot = star.foot([[0, 0, 1]].into_iter());
-            return (self.metric.energy(v, &star, foot, 0.0, 0.0), Shape::NONE);
+            let ear = || [[0, 0, 1]].into_iter();
+            let of_ear = |(corners, around): (&Corners, Around)| corners.price(&star, &around, ear(), None);
+            let values = around.map_or(0.0, of_ear);
+            return (self.metric.energy(v, &star, star.foot(ear()), Lost::values(values), 0.0), Shape::NONE);
         }
         let price = self.metric.shape_price(&star);
         let solved = star.solve(price, |i, j| self.price(v, &star, price, i, j));
@@ -286,9 +324,52 @@ impl<'a> Remover<'a> {
             star.foot(best.triangles.iter())
         };
         let distortion = star.distortion(best.triangles.iter());
+        let mut values = 0.0;
+        if let Some((corners, around)) = &around {
+            let edge = self.edge_left(v, &star, &best, Some((corners, around)));
+            if corners.turns_over(&star, around, best.triangles.iter(), edge) {
+                return (Energy::NEVER, Shape::NONE);
+            }
+            values = corners.price(&star, around, best.triangles.iter(), edge);
+        }
         // Where a pattern is followed, it settles the shape.
         let shape = if self.follows(v) { 0.0 } else { (solved.cost - distortion).max(0.0) };
-        (self.metric.energy(v, &star, foot, distortion, shape), solved.shape)
+        (self.metric.energy(v, &star, foot, Lost { distortion, values }, shape), solved.shape)
+    }
+
+    /// The values at the corners of a star, if there are any.
+    fn around(&self, v: Vertex, star: &Star) -> Option<(&Corners, Around)> {
+        self.corners.as_ref().map(|corners| (corners, corners.around(&self.table, v, star)))
+    }
+
+    /// The edge that is to be left of a star, the one to be split, as places on the link: the curve's, or the one the pattern keeps, then the
+    /// one at which least of the values is lost, then the one whose midpoint is nearest; `None` where a face is left.
+    fn edge_left(
+        &self,
+        v: Vertex,
+        star: &Star,
+        best: &Triangulation,
+        values: Option<(&Corners, &Around)>,
+    ) -> Option<(usize, usize)> {
+        if star.boundary {
+            return Some((star.ring().len() - 1, 0));
+        }
+        if star.curve.is_some() {
+            return star.curve;
+        }
+        // Where nothing parts, any edge will do.
+        let parted = values.filter(|(_, around)| !around.is_whole());
+        let lost = |edge: (usize, usize)| {
+            parted.map_or(0.0, |(corners, around)| {
+                corners.price(star, around, best.triangles.iter(), Some(edge))
+            })
+        };
+        let cost = |&(i, j): &(usize, usize)| {
+            let middle = (star.point(i) + star.point(j)) * 0.5;
+            (self.bias(v, star, i, j), lost((i, j)), middle.length_squared())
+        };
+        let costs = best.diagonals().map(|d| (cost(&d), d));
+        costs.min_by(|x, y| x.0.partial_cmp(&y.0).unwrap_or(Equal)).map(|x| x.1)
     }
 
     /// The star of a vertex, if it can be removed at all.
@@ -394,21 +475,14 @@ impl<'a> Remover<'a> {
             };
             shape = star.solve(price, edge).shape;
         };
-        // The edge to be split: the curve's, or the one the pattern keeps, then the one whose midpoint is nearest.
-        let distance = |&(i, j): &(usize, usize)| {
-            let middle = (star.point(i) + star.point(j)) * 0.5;
-            (self.bias(v, &star, i, j), middle.length_squared())
-        };
-        let diagonal = if star.boundary {
-            Some((sides - 1, 0))
-        } else if star.curve.is_some() {
-            star.curve
-        } else {
-            best.diagonals()
-                .map(|d| (distance(&d), d))
-                .min_by(|x, y| x.0.partial_cmp(&y.0).unwrap_or(Equal))
-                .map(|x| x.1)
-        };
+        let around = self.around(v, &star);
+        let diagonal =
+            self.edge_left(v, &star, &best, around.as_ref().map(|(corners, around)| (*corners, around)));
+        if let Some((corners, around)) = &around
+            && corners.turns_over(&star, around, best.triangles.iter(), diagonal)
+        {
+            return None;
+        }
         let (site, flips) = match diagonal {
             Some(diagonal) => best.operation(ring, diagonal),
             None => (Site::Face(ring[0], ring[1], ring[2]), Vec::new()),
@@ -430,6 +504,9 @@ impl<'a> Remover<'a> {
         let inner = self.table.opposite(self.table.corner_of(v));
         let operation =
             Operation { vertex: v, site: plan.site, first_flip: 0, flip_count: plan.flips.len() as u32 };
+        if let Some(corners) = &mut self.corners {
+            corners.read(&self.table, v, plan.site, &plan.star);
+        }
         // The plan has looked at all edges that are made.
         let may_join = |table: &CornerTable, a, b| {
             debug_assert!(!table.has_edge(a, b));
@@ -439,6 +516,9 @@ impl<'a> Remover<'a> {
             debug_assert!(false, "a plan holds until the mesh changes");
             self.energies.costs[v.index()] = f32::INFINITY;
             return false;
+        }
+        if let Some(corners) = &mut self.corners {
+            corners.settle(&self.table, plan.site);
         }
         self.history.push(v, plan.site, plan.flips.iter().copied());
         self.vertices -= 1;

@@ -4,17 +4,23 @@
 //! sides at once; where a seam ends, where several meet, and where one meets the boundary, the vertex stays. Then no triangle ever has
 //! corners in two charts, curves are only shortened, and a vertex is of as many charts at each level that it is in.
 
+use super::values::Values;
 use crate::error::{Error, Result};
 use crate::mesh::topology::{VertexClass, classify};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use bitvec::vec::BitVec;
 
-/// What a simplification keeps besides locked vertices and the boundary.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+/// What a simplification keeps besides locked vertices and the boundary, or pays for.
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Features {
     /// Borders of charts: a bit a corner number, four a triangle, set at one or both sides of a seam for the edge opposite; empty where
     /// there are none.
     pub seams: BitVec,
+    /// Whether they are kept at all levels. Otherwise coarse levels know of no seam: those of which half the vertices would stay for nothing
+    /// but a seam, or from which no vertex could go.
+    pub binding: bool,
+    /// What corners are worth.
+    pub values: Values,
 }
 
 /// The seams of a mesh that loses its vertices.
@@ -33,8 +39,7 @@ impl Seams {
     ///
     /// # Errors
     /// [`Error::Parameter`] where there are bits, but not four a triangle.
-    pub fn new(table: &CornerTable, features: Features) -> Result<Option<Self>> {
-        let mut of = features.seams;
+    pub fn new(table: &CornerTable, mut of: BitVec) -> Result<Option<Self>> {
         if of.not_any() {
             return Ok(None);
         }
@@ -107,6 +112,7 @@ impl Seams {
 
 #[cfg(test)]
 mod tests {
+    use super::super::removal::vertices;
     use super::super::{Method, Options, Simplified, simplify};
     use super::*;
     use crate::mesh::random::SplitMix64;
@@ -148,11 +154,14 @@ mod tests {
     }
 
     fn run(mesh: &IndexedMesh, seams: &BitVec, options: &Options) -> (CornerTable, Simplified) {
+        run_with(mesh, Features { seams: seams.clone(), binding: true, ..Features::default() }, options)
+    }
+
+    fn run_with(mesh: &IndexedMesh, features: Features, options: &Options) -> (CornerTable, Simplified) {
         let table = table(mesh);
         let (min, max) = lattice::bounds(mesh.positions.iter().copied()).unwrap();
         let lattice = Lattice::over(min, max, 14);
         let locked = BitVec::repeat(false, mesh.positions.len());
-        let features = Features { seams: seams.clone() };
         let done =
             simplify(table.clone(), &mesh.positions, locked, features, &lattice, options, &mut |_, _| true);
         (table, done.unwrap())
@@ -194,8 +203,8 @@ mod tests {
         (of, count)
     }
 
-    /// Takes the history back vertex by vertex, seams as pairs of vertices beside it, and checks all that is promised. Returns how
-    /// many vertices have gone from curves.
+    /// Takes the history back vertex by vertex, seams as pairs of vertices beside it, and checks all that is promised of levels with whole
+    /// charts. Returns how many vertices have gone from curves.
     fn check(seams: &BitVec, table: &CornerTable, done: &Simplified) -> usize {
         let mut mesh = table.clone();
         let mut edges = edges(table, seams);
@@ -209,7 +218,7 @@ mod tests {
             .map(|(directed, c)| (directed, of[c.triangle().index()]))
             .collect();
         let mut slid = 0;
-        for j in 0..done.history.level_count() {
+        for j in 0..done.charts_to {
             for operation in done.history.level(j) {
                 let v = operation.vertex;
                 let at: Vec<_> = mesh.link(v).into_iter().filter(|&w| edges.contains(&edge(v, w))).collect();
@@ -257,6 +266,9 @@ mod tests {
                 }
             }
             assert_eq!(seen, left.len(), "every border is an edge at level {j}");
+        }
+        for j in done.charts_to..done.history.level_count() {
+            done.history.undo_level(&mut mesh, j).unwrap();
         }
         let [mut left, mut base] = [mesh.clone(), done.base.clone()];
         // Simplification gives the places of removed triangles back at times.
@@ -311,6 +323,61 @@ mod tests {
             }
         }
         assert!(slid > 1000, "{slid} vertices have gone from curves");
+    }
+
+    /// Charts are whole as long as most of a level is free, and no longer: what stays is then as few as without charts.
+    #[test]
+    fn charts_are_given_up_where_they_lock_most() {
+        let (mut kept, mut gone) = (0, 0);
+        for mesh in [shapes::torus(24, 36), shapes::bumpy_sphere(4, 3), shapes::grid(20, 30)] {
+            let table = table(&mesh);
+            for options in [Options::default(), Options { method: Method::Ffc, ..Options::fine() }] {
+                let options = Options { base_vertices: Some(40), ..options };
+                for seams in
+                    [cells(&mesh, &table, 2, 5), cells(&mesh, &table, 60, 5), scattered(&table, 3, 5)]
+                {
+                    let features = Features { seams: seams.clone(), ..Features::default() };
+                    let (table, done) = run_with(&mesh, features, &options);
+                    check(&seams, &table, &done);
+                    let classes = classify(&table, &seams);
+                    let corners = classes.iter().filter(|&&class| class == VertexClass::Corner).count();
+                    // At each level with charts half of the vertices are free, but for the one that is given up.
+                    let mut level = table.clone();
+                    for j in 0..done.charts_to {
+                        assert!(2 * corners <= vertices(&level).count(), "{corners} corners at level {j}");
+                        done.history.undo_level(&mut level, j).unwrap();
+                    }
+                    let is_kept = done.charts_to == done.history.level_count();
+                    assert!(vertices(&done.base).count() <= 40.max(if is_kept { 2 * corners } else { 0 }));
+                    if is_kept { kept += 1 } else { gone += 1 }
+                }
+            }
+        }
+        assert!(kept >= 4 && gone >= 4, "{kept} kept, {gone} given up");
+    }
+
+    /// Closed curves have no corner, but each keeps three vertices: where nothing else is left and more are to go, they are given up.
+    #[test]
+    fn charts_are_given_up_where_nothing_else_goes() {
+        let mesh = shapes::sphere(3);
+        let table = table(&mesh);
+        let zone = |t: Triangle| {
+            (table.triangle(t).map(|v| mesh.positions[v.index()][2]).iter().sum::<f64>() * 0.8).floor()
+        };
+        let seams = bits(&table, |c| zone(c.triangle()) != zone(table.opposite(c).triangle()));
+        let options = Options { base_vertices: Some(4), ..Options::default() };
+        let (_, done) = run_with(
+            &mesh,
+            Features { seams: seams.clone(), binding: true, ..Features::default() },
+            &options,
+        );
+        let left = vertices(&done.base).count();
+        assert!(left >= 6 && done.charts_to == done.history.level_count(), "{left}");
+        let (table, done) =
+            run_with(&mesh, Features { seams: seams.clone(), ..Features::default() }, &options);
+        check(&seams, &table, &done);
+        assert_eq!(vertices(&done.base).count(), 4);
+        assert!(done.charts_to > 0 && done.charts_to < done.history.level_count());
     }
 
     /// The base of a mesh, no vertex of which need stay for its number.
@@ -416,7 +483,7 @@ mod tests {
     fn seams_are_those_of_the_table() {
         let mesh = shapes::torus(5, 4);
         let table = table(&mesh);
-        let of = |seams| Seams::new(&table, Features { seams });
+        let of = |seams| Seams::new(&table, seams);
         assert!(of(BitVec::new()).unwrap().is_none());
         assert!(of(BitVec::repeat(false, 4 * table.slots())).unwrap().is_none());
         assert!(of(BitVec::repeat(true, 4 * table.slots())).unwrap().is_some());

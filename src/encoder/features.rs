@@ -1,0 +1,269 @@
+//! What the attributes of the input mean to the simplification: where charts meet, and what values at corners are worth.
+
+use super::attributes::named;
+use super::{AttributeBirth, Options};
+use crate::container::AttributeEntry;
+use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic};
+use crate::mesh::topology::{Manifold, Remainder};
+use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Vertex};
+use crate::simplify::{Features, Values};
+use bitvec::vec::BitVec;
+use std::collections::HashMap;
+
+/// The features of a conditioned mesh. `entries` tell how its attributes are quantised: what that makes equal is no seam.
+///
+/// Charts are those of texture coordinates and parts. An attribute that is born at the finest level has no say, and neither has one whose
+/// values are not all finite, which is.
+pub fn features(
+    mesh: &IndexedMesh,
+    manifold: &Manifold,
+    remainder: &Remainder,
+    entries: &[AttributeEntry],
+    options: &Options,
+    lattice: &Lattice,
+) -> Features {
+    let input = Input { table: &manifold.table, triangles: triangles(remainder), remainder };
+    let size = lattice.step * f64::from(lattice.max_coordinate());
+    let mut features = Features::default();
+    let mut columns = Vec::new();
+    let said = mesh.attributes.iter().zip(entries).map(|(a, entry)| (a, entry, birth(a, options)));
+    for (attribute, entry, birth) in said.filter(|(a, _, birth)| may_be_coarse(a, *birth)) {
+        let classes = classes(attribute, entry);
+        let is_chart = is_chart(attribute);
+        if is_chart {
+            let seams = input.seams(attribute, &classes);
+            features.binding |= birth == AttributeBirth::Base && seams.any();
+            if features.seams.is_empty() {
+                features.seams = seams;
+            } else {
+                features.seams |= seams;
+            }
+        }
+        let scale = weight(attribute, options) * input.worth(attribute, &manifold.positions, size);
+        if attribute.domain == Domain::Corner && scale > 0.0 && scale.is_finite() {
+            columns.push(Column { attribute, classes, scale, is_chart });
+        }
+    }
+    if !features.seams.any() {
+        features.seams.clear();
+    }
+    // Those of charts come first.
+    columns.sort_by_key(|column| !column.is_chart);
+    features.values = input.values(&columns);
+    features
+}
+
+/// Whether an attribute may be born at a coarser level than the finest.
+pub fn may_be_coarse(attribute: &Attribute, birth: AttributeBirth) -> bool {
+    let count = attribute.values.len();
+    birth != AttributeBirth::Finest && (0..count).all(|at| attribute.values.number(at).is_finite())
+}
+
+/// Where an attribute is wanted to be born.
+pub fn birth(attribute: &Attribute, options: &Options) -> AttributeBirth {
+    named(attribute, &options.attribute_births).unwrap_or_default()
+}
+
+/// Whether the triangles of an attribute's charts do not mix.
+pub fn is_chart(attribute: &Attribute) -> bool {
+    match attribute.semantic {
+        Semantic::TexCoord => attribute.domain == Domain::Corner && matches!(attribute.components, 2 | 3),
+        Semantic::Part => attribute.domain == Domain::Triangle,
+        _ => false,
+    }
+}
+
+fn weight(attribute: &Attribute, options: &Options) -> f64 {
+    named(attribute, &options.attribute_weights).unwrap_or(1.0)
+}
+
+/// For each value of an attribute which quantised value it is.
+fn classes(attribute: &Attribute, entry: &AttributeEntry) -> Vec<u32> {
+    let mut places = HashMap::new();
+    let class = |value: usize| {
+        let mut integers = Vec::with_capacity(attribute.components);
+        entry.quantisation.quantise(attribute, value, &mut integers);
+        let next = places.len() as u32;
+        *places.entry(integers).or_insert(next)
+    };
+    (0..attribute.count()).map(class).collect()
+}
+
+/// The triangles of the table, by their places in the input.
+fn triangles(remainder: &Remainder) -> Vec<u32> {
+    remainder.origins.in_table.iter_ones().map(|t| t as u32).collect()
+}
+
+/// An attribute that has a price.
+struct Column<'a> {
+    attribute: &'a Attribute,
+    classes: Vec<u32>,
+    /// A difference of 1 is worth so many sides of the lattice's cube.
+    scale: f64,
+    is_chart: bool,
+}
+
+struct Input<'a> {
+    table: &'a CornerTable,
+    triangles: Vec<u32>,
+    remainder: &'a Remainder,
+}
+
+impl Input<'_> {
+    /// The value of a corner of the table.
+    fn value(&self, attribute: &Attribute, c: Corner) -> Option<usize> {
+        let t = c.triangle().index();
+        let place = match c.place() {
+            0 => 0,
+            // Turned round, a triangle has its first corner in its place.
+            place if self.remainder.flipped[t] => 3 - place,
+            place => place,
+        };
+        attribute.at(self.triangles[t] as usize, place)
+    }
+
+    /// By corner number, where the values on both sides of the edge opposite are not the same.
+    fn seams(&self, attribute: &Attribute, classes: &[u32]) -> BitVec {
+        let class = |c: Corner| self.value(attribute, c).map_or(NO_VALUE, |value| classes[value]);
+        let differ = |c: Corner| {
+            let o = self.table.opposite(c);
+            let ends = [(c.next(), o.prev()), (c.prev(), o.next())];
+            match attribute.domain {
+                _ if o.is_none() => false,
+                Domain::Corner => ends.into_iter().any(|(a, b)| class(a) != class(b)),
+                Domain::Triangle => class(c) != class(o),
+            }
+        };
+        let mut seams = BitVec::repeat(false, 4 * self.table.slots());
+        for c in self.table.triangles().flat_map(|t| t.corners()) {
+            seams.set(c.index(), differ(c));
+        }
+        seams
+    }
+
+    /// How many sides of the lattice's cube, `size`, a difference of 1 is worth where the weight is 1.
+    ///
+    /// Texture coordinates: as much as the texture slips along the surface (Cohen, Olano and Manocha 1998), by the areas that both have
+    /// in all: so neither the unit of the coordinates nor how often a texture is repeated matters. Others: [`NORMAL`], [`COLOUR`],
+    /// [`GENERIC`]. What has no metric, as the numbers of joints, is worth nothing, and tangents follow from the others.
+    fn worth(&self, attribute: &Attribute, positions: &[[f64; 3]], size: f64) -> f64 {
+        match attribute.semantic {
+            Semantic::Normal if attribute.components == 3 => NORMAL,
+            Semantic::TexCoord if is_chart(attribute) => {
+                let [surface, chart] = self.areas(attribute, positions);
+                if chart > 0.0 && size > 0.0 { (surface / chart).sqrt() / size } else { 0.0 }
+            }
+            Semantic::Color => COLOUR / full_scale(attribute),
+            Semantic::Generic => GENERIC / range(attribute),
+            _ => 0.0,
+        }
+    }
+
+    /// The area of the surface that has texture coordinates, and that of the texture.
+    fn areas(&self, attribute: &Attribute, positions: &[[f64; 3]]) -> [f64; 2] {
+        let mut areas = [0.0; 2];
+        for t in self.table.triangles() {
+            let values = t.corners().map(|c| self.value(attribute, c));
+            let [Some(a), Some(b), Some(c)] = values else { continue };
+            let at = |value: usize| {
+                let first = value * attribute.components;
+                let number = |k: usize| {
+                    if k < attribute.components { attribute.values.number(first + k) } else { 0.0 }
+                };
+                [0, 1, 2].map(number)
+            };
+            let place = |v: Vertex| positions[v.index()];
+            areas[0] += area(self.table.triangle(t).map(place));
+            areas[1] += area([a, b, c].map(at));
+        }
+        areas
+    }
+
+    /// The rows of the corners.
+    fn values(&self, columns: &[Column]) -> Values {
+        let mut values = Values::default();
+        if columns.is_empty() {
+            return values;
+        }
+        values.corners = vec![[0; 4]; self.table.slots()];
+        let mut first_of_row = vec![Corner::NONE];
+        for Column { attribute, classes, is_chart, .. } in columns {
+            if attribute.semantic == Semantic::Normal {
+                values.normals.push(values.width);
+            }
+            values.width += attribute.components;
+            if *is_chart {
+                values.of_charts = values.width;
+            }
+            // Rows so far, parted further by this attribute.
+            let mut rows = HashMap::new();
+            first_of_row.clear();
+            for c in self.table.triangles().flat_map(|t| t.corners()) {
+                let row = &mut values.corners[c.triangle().index()][c.place()];
+                let class = self.value(attribute, c).map_or(NO_VALUE, |value| classes[value]);
+                let next = first_of_row.len() as u32;
+                *row = *rows.entry((*row, class)).or_insert(next);
+                if *row == next {
+                    first_of_row.push(c);
+                }
+            }
+        }
+        values.rows.reserve(first_of_row.len() * values.width);
+        for c in first_of_row {
+            for column in columns {
+                self.push(column, c, &mut values.rows);
+            }
+        }
+        values
+    }
+
+    /// Appends the numbers of a corner.
+    fn push(&self, &Column { attribute, scale, .. }: &Column, c: Corner, out: &mut Vec<f32>) {
+        let n = attribute.components;
+        let Some(value) = self.value(attribute, c) else {
+            out.extend(std::iter::repeat_n(f32::NAN, n));
+            return;
+        };
+        let numbers = (value * n..(value + 1) * n).map(|at| attribute.values.number(at));
+        let mut scale = scale;
+        if attribute.semantic == Semantic::Normal {
+            let length = numbers.clone().map(|x| x * x).sum::<f64>().sqrt();
+            scale = if length > 0.0 { scale / length } else { 0.0 };
+        }
+        out.extend(numbers.map(|x| (x * scale) as f32));
+    }
+}
+
+fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
+    let [a, b, c] = [a, b, c].map(glam::DVec3::from_array);
+    0.5 * (b - a).cross(c - a).length()
+}
+
+/// What stands for full brightness.
+fn full_scale(attribute: &Attribute) -> f64 {
+    use crate::mesh::attributes::Stored;
+    match attribute.values.stored() {
+        Stored::U8 => 255.0,
+        Stored::I8 => 127.0,
+        Stored::U16 => 65_535.0,
+        Stored::I16 => 32_767.0,
+        Stored::U32 => f64::from(u32::MAX),
+        Stored::I32 => f64::from(i32::MAX),
+        Stored::F32 | Stored::F64 => {
+            (0..attribute.values.len()).fold(1.0, |most, at| f64::max(most, attribute.values.number(at)))
+        }
+    }
+}
+
+/// From the least to the largest number.
+fn range(attribute: &Attribute) -> f64 {
+    let numbers = || (0..attribute.values.len()).map(|at| attribute.values.number(at));
+    numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min)
+}
+
+/// What a difference of 1 between unit normals is worth, in sizes of the mesh.
+const NORMAL: f64 = 0.1;
+/// What the difference of black and white is worth.
+const COLOUR: f64 = 0.1;
+/// What the whole range of another attribute is worth.
+const GENERIC: f64 = 0.1;

@@ -377,7 +377,8 @@ fn bits(x: u32) -> u32 {
 
 /// The models of a residual.
 struct Residual {
-    length: [Vec<[Model; 33]>; 3],
+    /// Those that have been met, by context and place.
+    length: [BTreeMap<(usize, usize), Model>; 3],
     second: [Model; 33],
     third: [[Model; 2]; 33],
     sign: [Model; 3],
@@ -387,7 +388,7 @@ struct Residual {
 impl Residual {
     fn fresh() -> Self {
         Self {
-            length: [0; 3].map(|_| vec![[Model::FRESH; 33]; 40]),
+            length: [0; 3].map(|_| BTreeMap::new()),
             second: [Model::FRESH; 33],
             third: [[Model::FRESH; 2]; 33],
             sign: [Model::FRESH; 3],
@@ -399,7 +400,8 @@ impl Residual {
         let mut n = 0;
         loop {
             let [x, y, z] = &mut self.length;
-            let models = [&mut x[contexts[0]][n], &mut y[contexts[1]][n], &mut z[contexts[2]][n]];
+            let models = [(x, 0), (y, 1), (z, 2)]
+                .map(|(models, k)| models.entry((contexts[k], n)).or_insert(Model::FRESH));
             if !mix::read(code, &mut self.weights[n], models)? {
                 break;
             }

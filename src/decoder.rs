@@ -81,6 +81,8 @@ pub struct Delta {
     pub moved: Vec<u32>,
     /// How far each of them has moved at most, in steps of the lattice.
     pub shift: f64,
+    /// Wedges appended: see [`Decoder::attributes`]. Triangles that are rewritten or appended name others than before.
+    pub wedges: Range<u32>,
     /// Triangles appended.
     pub triangles: Range<u32>,
     /// Triangles rewritten, each once, without those appended.
@@ -121,8 +123,12 @@ pub enum Event {
     },
     /// Level 0's residue is known: see [`Decoder::assembled`].
     Residue,
-    /// Level 0's attributes are known: see [`Decoder::attributes`] and [`Decoder::assembled`].
-    Attributes,
+    /// Attributes are born at a level: every corner and triangle of its mesh has got their values. See [`Decoder::attributes`] and
+    /// [`Decoder::assembled`]. Those that the base has, or a keyframe, come with [`Event::Whole`].
+    Attributes {
+        /// Its number. At 0 the further triangles of the residue have got theirs, too.
+        level: u32,
+    },
     /// Level 0's coordinates are known exactly: see [`Decoder::assembled`].
     Correction,
     /// The order of the input's vertices and triangles is known: see [`Decoder::assembled`].
@@ -317,9 +323,9 @@ impl Decoder {
         self.session.finest.residue.as_ref()
     }
 
-    /// The attributes of level 0, once known, where the file has them.
+    /// The attributes that the mesh has as it stands; `None` before the first of them is born.
     pub fn attributes(&self) -> Option<&Attributes> {
-        self.session.finest.attributes.as_ref()
+        self.session.attributes()
     }
 
     /// The input's coordinates, once known, where the file has them.

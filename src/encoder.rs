@@ -1,9 +1,12 @@
 //! The encoder: simplify, code, write. Here these rooms meet, and only here.
 
+mod alive;
 mod attributes;
+mod constant;
 mod features;
 mod finish;
 mod grids;
+mod labelling;
 mod levels;
 mod names;
 mod options;
@@ -20,6 +23,7 @@ use crate::mesh::topology::{self, Conditioned, ConditioningReport, Manifold};
 use crate::mesh::{IndexedMesh, Lattice, lattice};
 use crate::refine::{ProgressiveMesh, Roots};
 use crate::simplify::{self, Births, Features, Simplified};
+use alive::Alive;
 use finish::Finish;
 use levels::Levels;
 use places::Places;
@@ -133,7 +137,7 @@ impl<'a> Encoder<'a> {
         let conditioned = topology::condition_on(mesh, self.options.weld, &lattice);
         let joined = Joined::new(mesh, &conditioned, &lattice);
         let Conditioned { mut manifold, remainder, report: found } = conditioned;
-        let finish = Finish::new(mesh, &manifold, remainder, &self.options);
+        let mut finish = Finish::new(mesh, &manifold, remainder, &self.options);
         self.report_progress(Stage::Condition, 1, 1)?;
         let conditioning = start.elapsed();
 
@@ -141,7 +145,8 @@ impl<'a> Encoder<'a> {
             manifold.locked = manifold.locked_with_boundary();
         }
         let locked_vertices = manifold.locked.count_ones();
-        let (mut simplified, quantised) = self.simplify(manifold, &mesh.positions, &lattice)?;
+        let features = finish.features(&manifold, &self.options, &lattice);
+        let (mut simplified, quantised) = self.simplify(manifold, features, &mesh.positions, &lattice)?;
         let simplifying = start.elapsed() - conditioning;
 
         // The places of removed triangles take far more memory than the base.
@@ -149,12 +154,16 @@ impl<'a> Encoder<'a> {
         let base = simplified.base.clone();
         let roots = Roots::choose(&base);
         let options = Options { position_bits: lattice.bits, ..self.options.clone() };
+        let labelling = finish.label(&simplified, &quantised, &self.options);
         let mut mesh_at_base = ProgressiveMesh { table: base, positions: quantised, roots };
         let places = Places::of_all_levels(&mut mesh_at_base, &mut simplified, &lattice, &options);
         joined.add_to(&mut simplified.errors);
-        let mut levels = Levels::new(mesh_at_base, &simplified, &places, &options);
+        let base_level = simplified.history.level_count();
+        let alive = labelling.as_ref().map(|labelling| Alive::new(labelling, finish.entries(), base_level));
+        let mut levels = Levels::new(mesh_at_base, &simplified, &places, &options, alive);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
-        let payloads = finish.payloads(levels.mesh(), &lattice)?;
+        let (finest, alive) = levels.finest();
+        let payloads = finish.payloads(finest, alive, &lattice)?;
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
@@ -169,7 +178,7 @@ impl<'a> Encoder<'a> {
         let mut work = levels.work()?;
         levels.add_to(&mut file, &mut report);
         file.attributes = finish.entries().to_vec();
-        report.attribute_bits = payloads.attributes.len() as f64 * 8.0;
+        report.attribute_bits += payloads.attributes.len() as f64 * 8.0;
         report.residue_bits = payloads.residue.len() as f64 * 8.0;
         report.correction_bits = payloads.correction.len() as f64 * 8.0;
         file.payload(AtomKind::Residue, 0, &payloads.residue);
@@ -263,6 +272,7 @@ impl<'a> Encoder<'a> {
     fn simplify(
         &mut self,
         manifold: Manifold,
+        features: Features,
         input: &[[f64; 3]],
         lattice: &Lattice,
     ) -> Result<(Simplified, Vec<[i32; 3]>)> {
@@ -277,9 +287,8 @@ impl<'a> Encoder<'a> {
         let own = (positions != input).then_some(positions);
         let positions = own.as_deref().unwrap_or(input);
         let mut progress = |done, total| self.report_progress(Stage::Simplify, done, total).is_ok();
-        let none = Features::default();
         let simplified =
-            simplify::simplify(table, positions, locked, none, lattice, &options, &mut progress)?;
+            simplify::simplify(table, positions, locked, features, lattice, &options, &mut progress)?;
         Ok((simplified, positions.iter().map(|&p| lattice.quantise(p)).collect()))
     }
 

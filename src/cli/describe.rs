@@ -79,7 +79,7 @@ impl Description {
                 "extra_vertices": self.residue.extra_vertices,
             },
             "attributes": {
-                "bytes": self.bytes_of(self.contents.attribute_atoms()),
+                "bytes": self.attribute_bytes(),
                 "list": self.contents.attributes.iter().map(|attribute| json!({
                     "title": attribute.title(),
                     "semantic": attribute.semantic.name(),
@@ -88,6 +88,7 @@ impl Description {
                     "components": attribute.components,
                     "stored": attribute.stored.name(),
                     "bits": attribute.bits(),
+                    "birth": attribute.birth,
                     "rms_error": attribute.error,
                 })).collect::<Vec<_>>(),
             },
@@ -218,7 +219,8 @@ impl Description {
         }
         if !self.contents.attributes.is_empty() {
             let titles: Vec<_> = self.contents.attributes.iter().map(attribute_text).collect();
-            line("attributes", &format!("{} ({})", titles.join(", "), told(self.contents.attribute_atoms())));
+            let bytes = count(self.attribute_bytes(), "byte");
+            line("attributes", &format!("{} ({bytes})", titles.join(", ")));
         }
         if self.keeps_order() {
             line(
@@ -250,6 +252,12 @@ impl Description {
     /// What the metadata count under this name.
     fn told(&self, name: &str) -> u64 {
         self.metadata.as_ref().map_or(0, |metadata| metadata.finding(name, &self.contents.header))
+    }
+
+    /// Bytes of the atoms that have nothing but values of attributes.
+    fn attribute_bytes(&self) -> u64 {
+        let levels = 0..self.contents.header.level_count;
+        levels.map(|j| self.bytes_of(self.contents.attribute_atoms(j))).sum()
     }
 
     fn bytes_of(&self, atoms: std::ops::Range<usize>) -> u64 {

@@ -28,7 +28,7 @@ use unweld::limits::MAX_LIFTING;
 use unweld::mesh::Lattice;
 use unweld::simplify;
 
-/// Encode meshes (PLY, OBJ, STL or OFF, also gzip-compressed, or levels of .uwm files) as .uwm files
+/// Encode meshes (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or levels of .uwm files) as .uwm files
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {

@@ -116,7 +116,7 @@ impl Uwm {
         let contents = &self.contents;
         // What is known of a mesh is no part of it: metadata may be missing.
         let beyond =
-            [contents.residue(), contents.attribute_atoms(), contents.correction(), contents.order()];
+            [contents.residue(), contents.attribute_atoms(0), contents.correction(), contents.order()];
         let ends = beyond.into_iter().filter(|_| level == 0).map(|atoms| contents.bytes(atoms).end);
         let end = ends.fold(contents.bytes(contents.steps(level)).end, u64::max);
         let Some(there) = self.cut().filter(|&there| there < end) else { return Ok(()) };

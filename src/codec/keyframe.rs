@@ -3,6 +3,9 @@
 use super::edgebreaker::{self, ConnectivityError};
 use super::lift::Cells;
 use super::walk::Walk;
+use super::whole::WholeError;
+#[cfg(feature = "encode")]
+use crate::entropy::RangeEncoder;
 use crate::entropy::{BitCoder, CodingError, NumberModel, RangeDecoder, varint};
 use crate::limits::Budget;
 use crate::mesh::{CornerTable, Vertex};
@@ -26,44 +29,62 @@ pub struct Expected {
 pub struct Written {
     /// The payload.
     pub payload: Vec<u8>,
-    /// Bits of its connectivity, by part; the rest are positions.
+    /// Bits of its connectivity, by part; what nothing here is told of are positions.
     pub connectivity: edgebreaker::Bits,
+    /// Bits of what comes behind the positions.
+    pub attributes: f64,
     /// Units of work that reading it takes (spec §3.6).
     pub work: u64,
 }
 
-/// Writes a level as a payload.
+/// Writes a level as a payload. `behind` writes what comes behind the positions, of this walk, and tells the units of work that it takes.
 #[cfg(feature = "encode")]
-pub fn encode(mesh: &ProgressiveMesh, precision: u32) -> Written {
-    write(mesh, precision, OF_LEVEL)
+pub fn encode(
+    mesh: &ProgressiveMesh,
+    precision: u32,
+    behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
+) -> Written {
+    write(mesh, precision, OF_LEVEL, behind)
 }
 
-/// Writes components that are born as a payload (spec §7.4).
+/// Writes components that are born as a payload (spec §7.4), as [`encode`] a level.
 #[cfg(feature = "encode")]
-pub fn encode_birth(components: &ProgressiveMesh, precision: u32) -> Written {
-    write(components, precision, OF_BIRTH)
+pub fn encode_birth(
+    components: &ProgressiveMesh,
+    precision: u32,
+    behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
+) -> Written {
+    write(components, precision, OF_BIRTH, behind)
 }
 
 #[cfg(feature = "encode")]
-fn write(mesh: &ProgressiveMesh, precision: u32, first: First) -> Written {
+fn write(
+    mesh: &ProgressiveMesh,
+    precision: u32,
+    first: First,
+    behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
+) -> Written {
     let boundary =
         mesh.table.triangles().flat_map(|t| t.corners()).filter(|&c| mesh.table.opposite(c).is_none());
     let boundary = boundary.count() as u64;
     let mut payload = Vec::new();
     varint::write(boundary, &mut payload);
-    let mut coder = crate::entropy::RangeEncoder::default();
+    let mut coder = RangeEncoder::default();
     let connectivity = edgebreaker::encode(&mesh.table, &mesh.roots, &mut coder);
     let walk = Walk::new(&mesh.table, &mesh.roots);
     let known = |v: Vertex| mesh.positions[v.index()].map(|x| x >> precision);
     code_positions(&mesh.table, &walk, &mut coder, first, |v, _| known(v))
         .expect("lattice coordinates are numbers of at most 24 bits");
+    let before = coder.bits();
+    let more = behind(&walk, &mut coder);
+    let attributes = coder.bits() - before;
     payload.extend(coder.finish());
     // A symbol for each triangle, those of caps included.
-    let work = (1 + WORK_A_TRIANGLE) * mesh.table.triangle_count() as u64 + boundary;
-    Written { payload, connectivity, work }
+    let work = (1 + WORK_A_TRIANGLE) * mesh.table.triangle_count() as u64 + boundary + more;
+    Written { payload, connectivity, attributes, work }
 }
 
-/// Reads a payload. Vertices are numbered in walk order.
+/// Reads a payload. Vertices are numbered in walk order. `behind` reads what comes behind the positions, of the mesh and this walk of it.
 ///
 /// # Errors
 /// An error of the connectivity where the payload is damaged or not what was expected.
@@ -71,8 +92,9 @@ pub fn decode(
     payload: &[u8],
     expected: Expected,
     budget: &mut Budget,
+    behind: impl FnOnce(Behind, &mut Budget) -> Result<(), WholeError>,
 ) -> Result<ProgressiveMesh, ConnectivityError> {
-    read(payload, expected, OF_LEVEL, budget)
+    read(payload, expected, OF_LEVEL, budget, behind)
 }
 
 /// Reads a payload of components that are born, as [`decode`] one of a level.
@@ -83,8 +105,20 @@ pub fn decode_birth(
     payload: &[u8],
     expected: Expected,
     budget: &mut Budget,
+    behind: impl FnOnce(Behind, &mut Budget) -> Result<(), WholeError>,
 ) -> Result<ProgressiveMesh, ConnectivityError> {
-    read(payload, expected, OF_BIRTH, budget)
+    read(payload, expected, OF_BIRTH, budget, behind)
+}
+
+/// A payload, read up to the end of its positions.
+#[derive(Debug)]
+pub struct Behind<'a, 'b> {
+    /// The mesh.
+    pub mesh: &'a ProgressiveMesh,
+    /// A walk of it.
+    pub walk: &'a Walk,
+    /// What reads on.
+    pub coder: &'a mut RangeDecoder<'b>,
 }
 
 fn read(
@@ -92,6 +126,7 @@ fn read(
     expected: Expected,
     first: First,
     budget: &mut Budget,
+    behind: impl FnOnce(Behind, &mut Budget) -> Result<(), WholeError>,
 ) -> Result<ProgressiveMesh, ConnectivityError> {
     let mut bytes = payload;
     let boundary = varint::read(&mut bytes)
@@ -109,15 +144,26 @@ fn read(
     let walk = Walk::new(&connectivity.table, &connectivity.roots);
     let mut mesh = renumbered(&connectivity.table, &connectivity.roots, &walk);
     let cells = code_positions(&mesh.table, &walk, &mut coder, first, |_, _| [0; 3])?;
-    coder.finish()?;
     for (place, cell) in mesh.positions.iter_mut().zip(cells) {
         if !expected.cells.hold(cell) {
             return Err(ConnectivityError::Mesh(format!("position {cell:?} is off the lattice")));
         }
         *place = cell.map(|x| from_cell(x, expected.cells.precision));
     }
+    behind(Behind { mesh: &mesh, walk: &walk, coder: &mut coder }, budget)?;
+    coder.finish()?;
     budget.give_memory(held, 1);
     Ok(mesh)
+}
+
+impl From<WholeError> for ConnectivityError {
+    fn from(e: WholeError) -> Self {
+        match e {
+            WholeError::Coding(e) => Self::Coding(e),
+            WholeError::Range(what) => Self::Mesh(what.to_owned()),
+            WholeError::Limit(limit) => Self::Limit(limit),
+        }
+    }
 }
 
 /// Codes the cells of all vertices in walk order: by parallelogram where the walk enters a triangle, else by the vertex before.

@@ -14,7 +14,7 @@ use crate::entropy::{BitCoder, CodingError};
 use crate::error::Result;
 use crate::limits::make_room;
 use crate::mesh::{Corner, CornerTable, Vertex};
-use crate::refine::{ProgressiveMesh, Site, from_cell, stellar};
+use crate::refine::{Carried, ProgressiveMesh, Site, from_cell, stellar};
 use models::Round;
 use star::LinkEdge;
 
@@ -73,6 +73,8 @@ pub struct Inserted {
     pub site: Site,
     /// The link edges flipped, start and end, in order.
     pub flips: Vec<[Vertex; 2]>,
+    /// The corners at it that faced these edges.
+    pub turned: Vec<Corner>,
     /// The corners at it: those in new triangles, then those in triangles that were there before and have been rewritten.
     pub star: Vec<Corner>,
     /// How many of its triangles are new.
@@ -84,7 +86,15 @@ pub struct Inserted {
 impl Default for Inserted {
     fn default() -> Self {
         let site = Site::Edge(Vertex::NONE, Vertex::NONE);
-        Self { vertex: Vertex::NONE, site, flips: Vec::new(), star: Vec::new(), created: 0, lift: None }
+        let (flips, turned, star) = (Vec::new(), Vec::new(), Vec::new());
+        Self { vertex: Vertex::NONE, site, flips, turned, star, created: 0, lift: None }
+    }
+}
+
+impl Inserted {
+    /// What it has done to triangles.
+    pub fn carried(&self) -> Carried<'_> {
+        Carried { site: self.site, star: &self.star, created: self.created, flips: &self.turned }
     }
 }
 

@@ -56,7 +56,7 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
     let base = simplified.base.compacted();
     let roots = Roots::choose(&base);
     let mut mesh = ProgressiveMesh { table: base, positions: finest.clone(), roots };
-    let keyframes = vec![keyframe::encode(&mesh, 0).payload];
+    let keyframes = vec![keyframe::encode(&mesh, 0, |_, _| 0).payload];
     let mut written = Written { levels: Vec::new(), keyframes, meshes: vec![mesh.clone()] };
     // The writer goes on with the pass of the level before, the reader begins each level with a new one.
     let mut before: Option<LevelPass> = None;
@@ -78,7 +78,7 @@ fn write(input: &IndexedMesh, options: &Options) -> Written {
         }
         before = Some(pass);
         written.levels.push(coder.finish());
-        written.keyframes.push(keyframe::encode(&mesh, 0).payload);
+        written.keyframes.push(keyframe::encode(&mesh, 0, |_, _| 0).payload);
         written.meshes.push(mesh.clone());
     }
     let original = ProgressiveMesh { table, positions: finest, roots: Roots::default() };
@@ -157,7 +157,10 @@ fn read(
 ) {
     let mut budget = Budget::new(Limits::default());
     let mut mesh =
-        keyframe::decode(&written.keyframes[start], expected(&written.meshes[start]), &mut budget).unwrap();
+        keyframe::decode(&written.keyframes[start], expected(&written.meshes[start]), &mut budget, |_, _| {
+            Ok(())
+        })
+        .unwrap();
     assert_eq!(triangles(&mesh), triangles(&written.meshes[start]));
     for (level, bytes) in written.levels.iter().enumerate().skip(start) {
         between(&mut mesh);

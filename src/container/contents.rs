@@ -57,7 +57,7 @@ pub enum AtomKind {
     Correction,
     /// The order of the input's vertices and triangles.
     Order,
-    /// Values of attributes.
+    /// Values of the attributes that are born at a level.
     Attributes,
     /// Something this version does not know and may skip; 128 or above.
     Optional(u8),
@@ -102,6 +102,7 @@ impl AtomKind {
             Self::Precision => (1, depth, 0),
             Self::Refinement => (1, depth, 1),
             Self::Birth => (1, depth, 2),
+            Self::Attributes if level > 0 => (1, depth, 3),
             Self::Residue => (2, 0, 0),
             Self::Attributes => (2, 0, 1),
             Self::Correction => (2, 0, 2),
@@ -118,7 +119,7 @@ impl AtomKind {
 pub struct Atom {
     /// What it holds.
     pub kind: AtomKind,
-    /// The level it belongs to or leads to; 0 for residue, attributes, correction, order, metadata and [`AtomKind::Optional`].
+    /// The level it belongs to or leads to; 0 for residue, correction, order, metadata and [`AtomKind::Optional`].
     pub level: u32,
     /// Where it starts, in bytes from the start of the file.
     pub offset: u64,
@@ -184,15 +185,16 @@ impl Contents {
         self.levels.iter().rposition(close).unwrap_or(0) as u32
     }
 
-    /// The atoms that lead from level `j + 1` to level `j`: precision, refinement, births; at the base, its own.
-    /// Empty where the file has no such level.
+    /// The atoms that lead from level `j + 1` to level `j`: precision, refinement, births, and but for level 0 the attributes that are born at
+    /// it; at the base, its own. Empty where the file has no such level.
     pub fn steps(&self, j: u32) -> Range<usize> {
         self.steps.get(j as usize).cloned().unwrap_or(0..0)
     }
 
     /// The vertices and triangles of the components that are born at level `j`.
     pub fn born(&self, j: u32) -> [u32; 2] {
-        let last = self.steps(j).last().and_then(|last| self.atoms.get(last));
+        let steps = self.atoms.get(self.steps(j)).unwrap_or_default();
+        let last = steps.iter().rfind(|atom| atom.kind != AtomKind::Attributes);
         last.filter(|atom| atom.kind == AtomKind::Birth).map_or([0; 2], |atom| [atom.items, atom.triangles])
     }
 
@@ -213,9 +215,28 @@ impl Contents {
         self.residue.clone()
     }
 
-    /// The atoms of the attributes' values; empty where there are no attributes.
-    pub fn attribute_atoms(&self) -> Range<usize> {
-        self.attribute_atoms.clone()
+    /// The attributes whose values level `j` is told of, since they are born at it, by their places in [`Contents::attributes`]. Those that
+    /// are constant are told by the table of contents.
+    pub fn births_at(&self, j: u32) -> impl Iterator<Item = usize> + '_ {
+        let told = move |entry: &AttributeEntry| entry.birth == j && entry.constant.is_none();
+        self.attributes.iter().enumerate().filter(move |(_, entry)| told(entry)).map(|(k, _)| k)
+    }
+
+    /// The attributes that level `j` has, by their places in [`Contents::attributes`].
+    pub fn alive_at(&self, j: u32) -> impl Iterator<Item = usize> + '_ {
+        self.attributes.iter().enumerate().filter(move |(_, entry)| entry.birth >= j).map(|(k, _)| k)
+    }
+
+    /// The atoms of the values that level `j` is told of beside its mesh: of the attributes that are born at it. Those of the base and of
+    /// keyframes are in these. Empty where there are none.
+    pub fn attribute_atoms(&self, j: u32) -> Range<usize> {
+        if j == 0 {
+            return self.attribute_atoms.clone();
+        }
+        let steps = self.steps(j);
+        let run = self.atoms.get(steps.clone()).unwrap_or_default();
+        let count = run.iter().rev().take_while(|atom| atom.kind == AtomKind::Attributes).count();
+        steps.end - count..steps.end
     }
 
     /// The correction's atoms; empty where coordinates are those of the lattice.

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::contents::Contents;
+use super::contents::{AtomKind, Contents};
 use super::want::Want;
 
 /// Consecutive atoms and the bytes they take.
@@ -21,7 +21,7 @@ pub struct Plan {
     pub start: u32,
     /// The finest level that is reached.
     pub level: u32,
-    /// Whether that level is reached with all its vertices.
+    /// Whether that level is reached with all its vertices, and the values that it is told of beside them.
     pub complete: bool,
     /// Vertices of the mesh, without what the residue holds.
     pub vertices: u32,
@@ -57,7 +57,10 @@ pub fn plan(contents: &Contents, want: Want) -> Plan {
             let few = sequence.partition_point(|atom| atom.triangles_after <= most);
             let reached = sequence[few.max(least) - 1].triangles_after;
             let before = sequence.partition_point(|atom| atom.triangles_after < reached);
-            (before + 1).max(least)
+            // What belongs to the level that is reached adds no triangle.
+            let behind = &sequence[before + 1..];
+            let values = behind.iter().take_while(|atom| atom.kind == AtomKind::Attributes).count();
+            (before + 1 + values).max(least)
         }
         Want::Error(measure, most) => contents.prefix(contents.level_within(measure, most)).end,
         Want::Bytes(most) => atoms[contents.prefix(0)].partition_point(|atom| atom.end() <= most).max(least),

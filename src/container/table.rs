@@ -47,10 +47,9 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
     while table.fields.left() > 0 {
         table.payload(&mut contents)?;
     }
-    let (wanted, end) = (contents.attributes.len(), table.fields.offset());
-    table.fields.require(wanted == 0 || !contents.attribute_atoms.is_empty(), end, || {
-        format!("{wanted} attributes without values")
-    })?;
+    let (wanted, end) = (contents.births_at(0).count(), table.fields.offset());
+    let told = contents.base_level() == 0 || !contents.attribute_atoms.is_empty();
+    table.fields.require(wanted == 0 || told, end, || format!("{wanted} attributes without values"))?;
     contents.atoms = table.atoms;
     Ok(contents)
 }
@@ -89,12 +88,23 @@ impl Table<'_> {
             return Err(FormatError::new(10, "3.2", what));
         }
         let fields = &mut self.fields;
+        let mut starts = Vec::new();
         for _ in 0..attributes {
+            starts.push(fields.offset());
             self.attributes.push(AttributeEntry::read(fields)?);
         }
         let at = fields.offset();
         let level_count = fields.count(MAX_LEVELS, "the number of levels")?;
         fields.require(level_count >= 1, at, || "a file without levels".to_owned())?;
+        for (AttributeEntry { birth, constant, .. }, at) in self.attributes.iter_mut().zip(starts) {
+            let base = level_count - 1;
+            if constant.is_some() {
+                *birth = base;
+            }
+            fields.require(*birth <= base, at, || {
+                format!("an attribute is born at level {birth}, allowed 0 to {base}")
+            })?;
+        }
         let at = fields.offset();
         let vertices = fields.count(MAX_ELEMENTS, "the number of vertices of the base")?;
         let triangles = fields.count(MAX_ELEMENTS, "the number of triangles of the base")?;
@@ -241,6 +251,9 @@ impl Table<'_> {
                 [last.items, last.triangles] = born;
                 [last.vertices_after, last.triangles_after] = self.counts;
             }
+        }
+        if tells_values(&self.attributes, j) {
+            self.run(AtomKind::Attributes, j, None)?;
         }
         self.entry(above.level.precision - finer, codes, unit)
     }
@@ -402,6 +415,11 @@ impl Table<'_> {
         (left.items, left.single) = (rest, left.single - single);
         Ok([items, if kind == AtomKind::Refinement { 2 * items - single } else { 0 }])
     }
+}
+
+/// Whether the entry of level `j`, which is not the base, has a payload of attributes (spec §3.3).
+pub(super) fn tells_values(attributes: &[AttributeEntry], j: u32) -> bool {
+    j > 0 && attributes.iter().any(|attribute| attribute.birth == j && attribute.constant.is_none())
 }
 
 /// What no manifold can have of so many vertices and triangles, if it is so (spec §3.6).

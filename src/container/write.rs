@@ -9,7 +9,7 @@ use super::contents::{AtomKind, Contents, Level};
 use super::header::{Coding, Header, Start};
 use super::magnitude;
 use super::parse_contents;
-use super::table::{ORIGIN_SHORT, SHARPER, SINGLE, STEP_SHORT, form_of};
+use super::table::{ORIGIN_SHORT, SHARPER, SINGLE, STEP_SHORT, form_of, tells_values};
 use crate::entropy::varint;
 use crate::error::{Error, FormatError, Result};
 use crate::limits::{MAX_ATOM_BYTES, MAX_LEVELS};
@@ -29,7 +29,7 @@ pub struct FileBuilder {
     pub maximum: [u32; 3],
     /// The levels, by number; the last is the base.
     pub levels: Vec<Level>,
-    /// The attributes; where there are any, there is one payload of [`AtomKind::Attributes`].
+    /// The attributes; at each level below the base at which any are born there is one payload of [`AtomKind::Attributes`].
     pub attributes: Vec<AttributeEntry>,
     pub(super) pieces: Vec<Piece>,
 }
@@ -79,7 +79,8 @@ impl FileBuilder {
         self.pieces.push(Piece { kind, level, items, triangles, bytes });
     }
 
-    /// Adds the payload of a base, keyframe, residue, attributes, correction, order or metadata, cut into as many atoms as it takes.
+    /// Adds the payload of a base, keyframe, residue, correction, order or metadata, or of attributes born at a level, cut into as many atoms
+    /// as it takes.
     pub fn payload(&mut self, kind: AtomKind, level: u32, bytes: &[u8]) {
         for chunk in bytes.chunks(MAX_ATOM_BYTES as usize) {
             self.atom(kind, level, 0, 0, chunk.to_vec());
@@ -149,6 +150,15 @@ impl FileBuilder {
     }
 
     fn table(&self) -> Result<Vec<u8>> {
+        let base = self.levels.len() - 1;
+        let astray = |piece: &&Piece| {
+            let (kind, level) = (piece.kind, piece.level);
+            let has_place = (level as usize) < base && tells_values(&self.attributes, level);
+            kind == AtomKind::Attributes && level > 0 && !has_place
+        };
+        if let Some(&Piece { kind, level, .. }) = self.pieces.iter().find(astray) {
+            return refused(format!("an atom of kind {kind:?} at level {level} has no place"));
+        }
         let mut table = Vec::new();
         self.lattice(&mut table)?;
         for attribute in &self.attributes {
@@ -200,6 +210,9 @@ impl FileBuilder {
                     }
                     if born != [0; 2] {
                         run(AtomKind::Birth, 0, &mut table)?;
+                    }
+                    if tells_values(&self.attributes, j as u32) {
+                        run(AtomKind::Attributes, 0, &mut table)?;
                     }
                 }
             }

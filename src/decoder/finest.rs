@@ -2,13 +2,14 @@
 
 use super::Event;
 use super::foreign;
-use crate::codec::attributes::{self, Attributes};
+use crate::codec::attributes::{self, Attributes, Nothing};
 use crate::codec::correction::Correction;
 use crate::codec::order::Order;
 use crate::codec::residue::Residue;
 use crate::codec::walk::{Tour, Walk};
 use crate::codec::whole::{Whole, WholeError};
 use crate::container::{AtomKind, AttributeEntry};
+use crate::entropy::RangeDecoder;
 use crate::error::{FormatError, Result};
 use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::{Attribute, IndexedMesh, Lattice};
@@ -18,7 +19,6 @@ use crate::refine::ProgressiveMesh;
 #[derive(Debug, Default)]
 pub struct Finest {
     pub residue: Option<Residue>,
-    pub attributes: Option<Attributes>,
     pub correction: Option<Correction>,
     pub order: Option<Order>,
     /// The walk of level 0, once it was needed.
@@ -36,7 +36,7 @@ pub struct Level0<'a> {
     /// How many boundary edges it has.
     pub boundary: usize,
     pub lattice: &'a Lattice,
-    /// What the table of contents says of its attributes.
+    /// What the table of contents says of the attributes that it has.
     pub entries: &'a [AttributeEntry],
 }
 
@@ -51,11 +51,15 @@ impl Finest {
         payload: &[u8],
         offset: u64,
         level0: Level0,
+        attributes: &mut Attributes,
         budget: &mut Budget,
     ) -> Result<Option<Event>> {
         let (outcome, section, event) = match kind {
             AtomKind::Residue => (self.read_residue(payload, level0, budget), "8", Event::Residue),
-            AtomKind::Attributes => (self.read_attributes(payload, level0, budget), "13", Event::Attributes),
+            AtomKind::Attributes => {
+                let event = Event::Attributes { level: 0 };
+                (self.read_attributes(payload, level0, attributes, budget), "13", event)
+            }
             AtomKind::Correction => (self.read_correction(payload, level0, budget), "10", Event::Correction),
             AtomKind::Order => (self.read_order(payload, level0, budget), "11", Event::Order),
             _ => return Ok(None),
@@ -83,6 +87,7 @@ impl Finest {
         &mut self,
         payload: &[u8],
         level0: Level0,
+        attributes: &mut Attributes,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         self.make_whole(level0, budget)?;
@@ -90,8 +95,10 @@ impl Finest {
         let none = Residue::default();
         let residue = self.residue.as_ref().unwrap_or(&none);
         let finest = attributes::Finest { mesh: level0.mesh, tour, residue, whole };
-        let kinds = level0.entries.iter().map(AttributeEntry::kind);
-        self.attributes = Some(Attributes::decode(payload, kinds, finest, budget)?);
+        let born: Vec<usize> = (0..level0.entries.len()).filter(|&k| level0.entries[k].birth == 0).collect();
+        let mut coder = RangeDecoder::new(payload);
+        attributes.finish(&born, finest, &mut coder, &Nothing, budget)?;
+        coder.finish()?;
         Ok(())
     }
 
@@ -151,7 +158,12 @@ impl Finest {
     ///
     /// # Errors
     /// [`Error::Limit`](crate::Error::Limit) where it takes more memory than is left.
-    pub fn assembled(&self, level0: Level0, budget: &Budget) -> Result<IndexedMesh> {
+    pub fn assembled(
+        &self,
+        level0: Level0,
+        attributes: Option<(&Attributes, u32)>,
+        budget: &Budget,
+    ) -> Result<IndexedMesh> {
         let none = Residue::default();
         let residue = self.residue.as_ref().unwrap_or(&none);
         let mut budget = budget.clone();
@@ -177,18 +189,24 @@ impl Finest {
             Some(order) => order.apply(&positions),
             None => IndexedMesh::new(positions, whole.triangles.clone()),
         };
-        let attributes = self.foreign_attributes(level0, residue, &mut budget)?;
+        let attributes = match attributes {
+            Some((attributes, level)) => {
+                self.foreign_attributes(level0, attributes, level, residue, &mut budget)?
+            }
+            None => Vec::new(),
+        };
         Ok(IndexedMesh { attributes, ..mesh })
     }
 
-    /// The attributes as a source has them, at the corners of the triangles in their order.
+    /// The attributes of a level as a source has them, at the corners of the triangles in their order.
     fn foreign_attributes(
         &self,
         level0: Level0,
+        attributes: &Attributes,
+        level: u32,
         residue: &Residue,
         budget: &mut Budget,
     ) -> Result<Vec<Attribute>> {
-        let Some(attributes) = &self.attributes else { return Ok(Vec::new()) };
         let triangles = level0.mesh.table.triangle_count() + residue.triangles.len();
         budget.take_memory(foreign::bytes(attributes, triangles), 1)?;
         let made;
@@ -201,9 +219,11 @@ impl Finest {
             }
         };
         let origins = self.order.as_ref().map(|order| &order.origins[..]);
-        let corners = foreign::Corners { of_wedges: attributes.corners(walk, residue), origins };
-        let columns = level0.entries.iter().zip(&attributes.columns);
-        Ok(columns.map(|(entry, column)| foreign::attribute(entry, column, &corners)).collect())
+        let of_wedges = attributes.corners(walk, residue);
+        let corners = foreign::Corners { of_wedges, rows: attributes.rows(walk, residue), origins };
+        let columns = level0.entries.iter().zip(&attributes.columns).enumerate();
+        let alive = columns.filter(|(k, (entry, _))| attributes.is_born(*k) && entry.birth >= level);
+        Ok(alive.map(|(_, (entry, column))| foreign::attribute(entry, column, &corners)).collect())
     }
 
     fn whole_of(&self, level0: Level0, residue: &Residue, budget: &mut Budget) -> Result<Whole> {

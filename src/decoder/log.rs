@@ -3,7 +3,7 @@
 use crate::codec::lift::{Cells, minus, plus};
 use crate::codec::refinement::Inserted;
 use crate::mesh::{CornerTable, Triangle, Vertex};
-use crate::refine::{Operation, ProgressiveMesh, Site, from_cell};
+use crate::refine::{Operation, ProgressiveMesh, Site, Wedges, from_cell};
 
 /// A level that was complete.
 #[derive(Clone, Debug)]
@@ -16,6 +16,10 @@ struct Mark {
     roots: Vec<(Vertex, Vertex)>,
     /// What was born behind them, by numbers of its own, and how many vertices there were before.
     births: Option<(CornerTable, u32)>,
+    /// How many triangles had been rewritten by then whose wedges were known.
+    rewritten: usize,
+    /// What triangles named before attributes were born here; while the mesh stands below, what they name since.
+    parted: Option<Vec<[u32; 4]>>,
 }
 
 /// All operations since the base or keyframe, coarse to fine, and the levels between them.
@@ -32,14 +36,24 @@ pub struct Log {
     below: usize,
     /// Whether the last mark stands between two levels.
     between: bool,
+    /// What triangles named that operations have rewritten; while the mesh stands below those, what they name since.
+    rewritten: Vec<(Triangle, [u32; 4])>,
+    /// What the triangles named that are gone, by levels gone down.
+    tails: Vec<Vec<[u32; 4]>>,
+    /// Bytes of what marks hold of attributes.
+    parted: usize,
     /// Where vertices were when they went, and the low bits that those which stay have lost, while the mesh stands below the last mark.
     gone: Vec<[i32; 3]>,
     lost: Vec<[i32; 3]>,
 }
 
 impl Log {
-    /// Records an operation.
-    pub fn push(&mut self, inserted: &Inserted) {
+    /// Records an operation; `wedges` are those before it.
+    pub fn push(&mut self, inserted: &Inserted, wedges: &Wedges) {
+        if !wedges.is_empty() {
+            let rewritten = inserted.star[inserted.created..].iter().map(|c| c.triangle());
+            self.rewritten.extend(rewritten.map(|t| (t, wedges.triangle(t))));
+        }
         let (first_flip, flip_count) = (self.flips.len() as u32, inserted.flips.len() as u32);
         self.flips.extend(inserted.flips.iter().map(|&[p, _]| p));
         self.operations.push(Operation {
@@ -54,7 +68,9 @@ impl Log {
     pub fn bytes(&self) -> usize {
         let marks = self.marks.capacity() * size_of::<Mark>();
         let lists = self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * 4 + marks;
-        3 * lists + self.roots * size_of::<(Vertex, Vertex)>() + ProgressiveMesh::bytes(self.born)
+        // The tails, too, once the mesh goes down.
+        let wedges = 6 * self.rewritten.capacity() * size_of::<(Triangle, [u32; 4])>() + self.parted;
+        3 * lists + wedges + self.roots * size_of::<(Vertex, Vertex)>() + ProgressiveMesh::bytes(self.born)
     }
 
     /// Bytes that a further mark takes.
@@ -78,7 +94,16 @@ impl Log {
             self.born = [self.born[0] + count, self.born[1] + table.slots()];
             (table, (mesh.positions.len() - count) as u32)
         });
-        self.marks.push(Mark { level, cells, operations: self.operations.len(), roots, births });
+        let (operations, rewritten) = (self.operations.len(), self.rewritten.len());
+        self.marks.push(Mark { level, cells, operations, roots, births, rewritten, parted: None });
+    }
+
+    /// Attributes are about to be born at the level that is complete.
+    pub fn part(&mut self, wedges: &Wedges) {
+        self.parted += size_of_val(wedges.all());
+        if let Some(mark) = self.marks.last_mut() {
+            mark.parted = Some(wedges.all().to_vec());
+        }
     }
 
     /// The level the mesh stands at, where that is below the last one decoded.
@@ -87,7 +112,12 @@ impl Log {
     }
 
     /// One level down; from between two levels to the coarser of them, the cells of the finer being `under_way`.
-    pub fn coarsen(&mut self, mesh: &mut ProgressiveMesh, under_way: Cells) -> Option<u32> {
+    pub fn coarsen(
+        &mut self,
+        mesh: &mut ProgressiveMesh,
+        wedges: &mut Wedges,
+        under_way: Cells,
+    ) -> Option<u32> {
         let last = self.marks.last()?;
         let begun = last.operations < self.operations.len();
         let moved = || mesh.positions.iter().any(|&p| p != coarse(p, last.cells.precision));
@@ -96,7 +126,9 @@ impl Log {
             let cells = if begun { under_way } else { Cells { precision: 0, ..under_way } };
             let (level, operations) = (last.level, self.operations.len());
             let roots = mesh.roots.edges().to_vec();
-            self.marks.push(Mark { level, cells, operations, roots, births: None });
+            let rewritten = self.rewritten.len();
+            let (births, parted) = (None, None);
+            self.marks.push(Mark { level, cells, operations, roots, births, rewritten, parted });
             self.between = true;
         }
         let (fine, coarser) = (self.mark(self.below)?.clone(), self.mark(self.below + 1)?.clone());
@@ -131,11 +163,15 @@ impl Log {
         }
         self.below += 1;
         settle(mesh, &coarser);
+        self.swap_parted(self.below - 1, wedges);
+        let rewritten = &mut self.rewritten[coarser.rewritten..fine.rewritten];
+        rewritten.iter_mut().rev().for_each(|(t, there)| wedges.swap(*t, there));
+        self.tails.push(wedges.cut(mesh.table.slots()));
         Some(coarser.level)
     }
 
     /// One level up, among those left by [`Log::coarsen`].
-    pub fn restore(&mut self, mesh: &mut ProgressiveMesh) -> Option<u32> {
+    pub fn restore(&mut self, mesh: &mut ProgressiveMesh, wedges: &mut Wedges) -> Option<u32> {
         let above = self.below.checked_sub(1)?;
         let (coarser, fine) = (self.mark(self.below)?.clone(), self.mark(above)?.clone());
         if fine.cells.precision < coarser.cells.precision {
@@ -158,10 +194,24 @@ impl Log {
         }
         self.below = above;
         settle(mesh, &fine);
+        if let Some(tail) = self.tails.pop() {
+            wedges.put_back(&tail);
+            let rewritten = &mut self.rewritten[coarser.rewritten..fine.rewritten];
+            rewritten.iter_mut().for_each(|(t, there)| wedges.swap(*t, there));
+            self.swap_parted(above, wedges);
+        }
         if above == 0 && std::mem::take(&mut self.between) {
             self.marks.pop();
         }
         Some(fine.level)
+    }
+
+    /// Has triangles name what they named before attributes were born at a level, or since.
+    fn swap_parted(&mut self, below: usize, wedges: &mut Wedges) {
+        let place = self.marks.len().checked_sub(below + 1);
+        if let Some(parted) = place.and_then(|place| self.marks[place].parted.as_mut()) {
+            wedges.swap_all(parted);
+        }
     }
 
     fn mark(&self, below: usize) -> Option<&Mark> {

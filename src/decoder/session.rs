@@ -3,13 +3,15 @@
 use super::finest::{Finest, Level0};
 use super::log::Log;
 use super::{Delta, Event, Options};
+use crate::codec::attributes::{Attributes, Ground, Nothing, RefinedModels};
 use crate::codec::edgebreaker::ConnectivityError;
-use crate::codec::keyframe::{self, Expected};
+use crate::codec::keyframe::{self, Behind, Expected};
 use crate::codec::lift::{Cells, plus};
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{Inserted, LevelPass, RefinementError, SegmentModels, Unknown};
 use crate::codec::walk::{Tour, Walk};
-use crate::container::{Atom, AtomKind, Contents, Level, Metadata};
+use crate::codec::whole::WholeError;
+use crate::container::{Atom, AtomKind, AttributeEntry, Contents, Level, Metadata};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
 use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION, make_room};
@@ -36,6 +38,9 @@ pub struct Session {
     pub finest: Finest,
     pub metadata: Option<Metadata>,
     pub operations: u64,
+    attributes: Attributes,
+    /// The models of what operations do to attributes, in this segment.
+    refined: Option<Box<RefinedModels>>,
     options: Options,
     budget: Budget,
     models: SegmentModels,
@@ -74,6 +79,8 @@ impl Session {
             finest: Finest::default(),
             metadata: None,
             operations: 0,
+            attributes: Attributes::default(),
+            refined: None,
             budget: Budget::new(options.limits),
             models: SegmentModels::default(),
             pass: Pass::None(None),
@@ -105,8 +112,13 @@ impl Session {
     /// Sets out from the base or keyframe of level `start`.
     pub fn begin(&mut self, contents: Arc<Contents>, start: u32) {
         self.models = SegmentModels::new(contents.header.coding.rich_models);
+        self.attributes = Attributes::new(contents.attributes.iter().map(AttributeEntry::kind));
         self.contents = Some(contents);
         self.start = start;
+    }
+
+    pub fn attributes(&self) -> Option<&Attributes> {
+        Some(&self.attributes).filter(|attributes| !attributes.are_none())
     }
 
     /// Units of work done so far.
@@ -208,6 +220,11 @@ impl Session {
                 self.start_from(contents, atom, offset, payload, events)?;
             }
             AtomKind::Birth => self.bear(contents, atom, offset, payload, events)?,
+            AtomKind::Attributes if atom.level > 0 => {
+                if self.level == Some(atom.level) && !self.stopped {
+                    self.bear_attributes(contents, atom, offset, payload, events)?;
+                }
+            }
             // A way in that was not taken.
             AtomKind::Base | AtomKind::Keyframe => {}
             AtomKind::Metadata => {
@@ -220,7 +237,8 @@ impl Session {
                 let lattice = &contents.header.lattice;
                 let (mesh, boundary, entries) = (&self.mesh, self.boundary, &contents.attributes);
                 let level0 = Level0 { mesh, boundary, lattice, entries };
-                events.extend(self.finest.read(atom.kind, payload, offset, level0, &mut self.budget)?);
+                let (attributes, budget) = (&mut self.attributes, &mut self.budget);
+                events.extend(self.finest.read(atom.kind, payload, offset, level0, attributes, budget)?);
             }
             _ => {}
         }
@@ -243,7 +261,8 @@ impl Session {
         let none = Finest::default();
         let finest = if level == 0 { &self.finest } else { &none };
         let level0 = Level0 { mesh, boundary, lattice, entries: &contents.attributes };
-        let mut mesh = finest.assembled(level0, &self.budget)?;
+        let attributes = self.attributes().map(|attributes| (attributes, level));
+        let mut mesh = finest.assembled(level0, attributes, &self.budget)?;
         if let (0, Some(metadata)) = (level, &self.metadata) {
             mesh.part_names.clone_from(&metadata.part_names);
             mesh.libraries.clone_from(&metadata.libraries);
@@ -262,7 +281,14 @@ impl Session {
         let entry = &contents.levels[atom.level as usize];
         let cells = cells(contents, atom.level);
         let expected = Expected { vertices: entry.vertices, triangles: entry.triangles, cells };
-        let mesh = keyframe::decode(payload, expected, &mut self.budget).map_err(|e| match e {
+        // Those of level 0 come behind its residue.
+        let born: Vec<usize> = contents.alive_at(atom.level.max(1)).collect();
+        let attributes = &mut self.attributes;
+        let behind = |behind: Behind, budget: &mut Budget| {
+            let Behind { mesh, walk, coder } = behind;
+            attributes.bear(Ground { mesh, walk, born: &born }, coder, &Nothing, budget)
+        };
+        let mesh = keyframe::decode(payload, expected, &mut self.budget, behind).map_err(|e| match e {
             ConnectivityError::Limit(limit) => limit,
             other => FormatError::new(offset, "7", other.to_string()).into(),
         })?;
@@ -304,10 +330,17 @@ impl Session {
         self.budget.hold(&mut self.pass_held, 0)?;
         let cells = cells(contents, atom.level);
         let expected = Expected { vertices: atom.items, triangles: atom.triangles, cells };
-        let born = keyframe::decode_birth(payload, expected, &mut self.budget).map_err(|e| match e {
-            ConnectivityError::Limit(limit) => limit,
-            other => fault(other.to_string()),
-        })?;
+        let attributes = &mut self.attributes;
+        let first_wedge = attributes.count;
+        let behind = |behind: Behind, budget: &mut Budget| {
+            let Behind { mesh, walk, coder } = behind;
+            attributes.join(mesh, walk, coder, &Nothing, budget)
+        };
+        let born =
+            keyframe::decode_birth(payload, expected, &mut self.budget, behind).map_err(|e| match e {
+                ConnectivityError::Limit(limit) => limit,
+                other => fault(other.to_string()),
+            })?;
         let (count, mut held) = (born.positions.len(), 0);
         self.budget.hold(&mut held, ProgressiveMesh::bytes(born.room()))?;
         self.make_room(contents, count.max(born.table.slots().div_ceil(2)))?;
@@ -317,6 +350,7 @@ impl Session {
         self.boundary += corners.filter(|&c| born.table.opposite(c).is_none()).count();
         let mut delta = Delta {
             vertices: v as u32..(v + count) as u32,
+            wedges: first_wedge..self.attributes.count,
             triangles: t as u32..self.mesh.table.slots() as u32,
             ..Delta::default()
         };
@@ -352,6 +386,7 @@ impl Session {
         }
         if contents.starts_segment(level) {
             self.models = self.models.afresh();
+            self.refined = None;
         }
         let entry = &contents.levels[level as usize];
         if let Some(log) = &mut self.log {
@@ -361,11 +396,50 @@ impl Session {
         }
         self.level = Some(level);
         events.push_back(Event::Level { level, max_error: entry.max_error, rms_error: entry.rms_error });
+        // What is born at a level belongs to it; a base or keyframe has it already.
+        if level == 0 || level == self.start || contents.births_at(level).next().is_none() {
+            self.stop_where_reached(contents, level, events);
+        }
+        Ok(())
+    }
+
+    fn stop_where_reached(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) {
         let until = self.options.until;
         let last = level == until.level && level > 0;
-        if last || self.operations >= until.operations || entry.triangles >= until.triangles {
+        let triangles = contents.levels[level as usize].triangles;
+        if last || self.operations >= until.operations || triangles >= until.triangles {
             self.stop(events);
         }
+    }
+
+    /// Attributes are born at a level that is complete.
+    fn bear_attributes(
+        &mut self,
+        contents: &Contents,
+        atom: &Atom,
+        offset: u64,
+        payload: &[u8],
+        events: &mut VecDeque<Event>,
+    ) -> Result<()> {
+        self.pay_for_walk()?;
+        let mut held = 0;
+        self.budget.hold(&mut held, Walk::bytes(self.mesh.table.triangle_count(), self.boundary))?;
+        if let Some(log) = &mut self.log {
+            self.budget.hold(&mut self.log_held, log.bytes() + size_of_val(self.attributes.wedges.all()))?;
+            log.part(&self.attributes.wedges);
+        }
+        let walk = Walk::new(&self.mesh.table, &self.mesh.roots);
+        let born: Vec<usize> = contents.births_at(atom.level).collect();
+        let mut coder = RangeDecoder::new(payload);
+        let ground = Ground { mesh: &self.mesh, walk: &walk, born: &born };
+        let outcome = self.attributes.bear(ground, &mut coder, &Nothing, &mut self.budget);
+        outcome.and_then(|()| Ok(coder.finish()?)).map_err(|e| match e {
+            WholeError::Limit(limit) => limit,
+            other => FormatError::new(offset, "13.3", other.to_string()).into(),
+        })?;
+        self.budget.hold(&mut held, 0)?;
+        events.push_back(Event::Attributes { level: atom.level });
+        self.stop_where_reached(contents, atom.level, events);
         Ok(())
     }
 
@@ -497,11 +571,13 @@ impl Session {
         }
         let first_vertex = self.mesh.positions.len() as u32;
         let first_triangle = self.mesh.table.slots() as u32;
+        let first_wedge = self.attributes.count;
         let mut delta = Delta::default();
         let mut lifts = Vec::new();
         let outcome = self.operations_of(contents, atom, payload, &mut delta, &mut lifts);
         sum_up(lifts, &mut delta);
         delta.vertices = first_vertex..self.mesh.positions.len() as u32;
+        delta.wedges = first_wedge..self.attributes.count;
         delta.triangles = first_triangle..self.mesh.table.slots() as u32;
         if !delta.vertices.is_empty() {
             events.push_back(Event::Refined(delta));
@@ -572,7 +648,18 @@ impl Session {
                 }
             }
             if let Some(log) = &mut self.log {
-                log.push(inserted);
+                log.push(inserted, &self.attributes.wedges);
+            }
+            if !self.attributes.wedges.is_empty() {
+                let (v, carried) = (inserted.vertex, inserted.carried());
+                let (attributes, budget) = (&mut self.attributes, &mut self.budget);
+                let models = self.refined.get_or_insert_with(|| Box::new(attributes.models()));
+                let outcome =
+                    attributes.refine(models, &self.mesh, v, &carried, &mut coder, &Nothing, budget);
+                outcome.map_err(|e| match e {
+                    WholeError::Limit(limit) => limit,
+                    other => FormatError::new(atom.offset, "13.9", other.to_string()).into(),
+                })?;
             }
         }
         coder.finish().map_err(|e| fault(e.to_string()))?;
@@ -600,7 +687,8 @@ impl Session {
             Some(log) => {
                 let under_way = self.level.unwrap_or(0).saturating_sub(1);
                 let cells = self.contents.as_deref().map(|contents| cells(contents, under_way));
-                Ok(cells.and_then(|cells| log.coarsen(&mut self.mesh, cells)))
+                let attributes = &mut self.attributes.wedges;
+                Ok(cells.and_then(|cells| log.coarsen(&mut self.mesh, attributes, cells)))
             }
             None => Err(no_log()),
         }
@@ -608,7 +696,7 @@ impl Session {
 
     pub fn restore(&mut self) -> Result<Option<u32>> {
         match &mut self.log {
-            Some(log) => Ok(log.restore(&mut self.mesh)),
+            Some(log) => Ok(log.restore(&mut self.mesh, &mut self.attributes.wedges)),
             None => Err(no_log()),
         }
     }

@@ -1,8 +1,6 @@
-//! The attributes of the input: how they are quantised, and where level 0 has their corners.
+//! The attributes of the input: how they are quantised.
 
-use super::Options;
-use crate::codec::order::Origin;
-use crate::codec::residue::Residue;
+use super::{Options, constant};
 use crate::container::AttributeEntry;
 use crate::error::{Error, Result};
 use crate::mesh::IndexedMesh;
@@ -11,9 +9,13 @@ use crate::mesh::attributes::{Attribute, Quantisation, Semantic};
 /// What the table of contents says of each attribute of a mesh.
 pub fn entries(mesh: &IndexedMesh, options: &Options) -> Vec<AttributeEntry> {
     let entry = |attribute: &Attribute| {
-        let quantisation = Quantisation::choose(attribute, bits(attribute, options), options.exact.is_some());
-        let error = quantisation.error(attribute);
-        AttributeEntry::of(attribute, quantisation, error)
+        let bits = bits(attribute, options);
+        let quantisation = Quantisation::choose(attribute, bits, options.exact.is_some());
+        let lattice_bits = Quantisation::lattice_bits(attribute, bits);
+        constant::entry(attribute, &quantisation, lattice_bits).unwrap_or_else(|| {
+            let error = quantisation.error(attribute);
+            AttributeEntry::of(attribute, quantisation, error)
+        })
     };
     mesh.attributes.iter().map(entry).collect()
 }
@@ -65,20 +67,6 @@ pub fn check(mesh: &IndexedMesh, options: &Options) -> Result<()> {
         }
     }
     Ok(())
-}
-
-/// For each corner of the whole, as the mesh has its triangles round, the corner of the input.
-pub fn corners(origins: &[Origin], residue: &Residue) -> Vec<[u32; 3]> {
-    let mut corners = vec![[0; 3]; origins.len()];
-    for (t, &(place, first)) in origins.iter().enumerate() {
-        for k in 0..3 {
-            corners[place as usize][(k + first as usize) % 3] = 3 * t as u32 + k as u32;
-        }
-    }
-    for (_, corners) in corners.iter_mut().enumerate().filter(|(place, _)| residue.is_flipped(*place)) {
-        corners.swap(1, 2);
-    }
-    corners
 }
 
 /// Most attributes of a file (spec §3.2).

@@ -22,7 +22,7 @@ pub fn features(
     options: &Options,
     lattice: &Lattice,
 ) -> Features {
-    let input = Input { mesh, table: &manifold.table, triangles: triangles(remainder), remainder };
+    let input = Input { table: &manifold.table, triangles: triangles(remainder), remainder };
     let size = lattice.step * f64::from(lattice.max_coordinate());
     let mut features = Features::default();
     let mut columns = Vec::new();
@@ -104,7 +104,6 @@ struct Column<'a> {
 }
 
 struct Input<'a> {
-    mesh: &'a IndexedMesh,
     table: &'a CornerTable,
     triangles: Vec<u32>,
     remainder: &'a Remainder,

@@ -1,9 +1,11 @@
 //! What level 0 lacks of the input: the residue, its attributes, and where it is asked for the correction and the order. All of it is
 //! named by places in the walk of level 0.
 
+use super::alive::Alive;
+use super::labelling::Labelling;
 use super::names::{Names, turned};
-use super::{Options, attributes, grids};
-use crate::codec::attributes::{Attributes, Finest, Truth};
+use super::{AttributeBirth, Options, attributes, features, grids};
+use crate::codec::attributes::Finest;
 use crate::codec::correction::{Copied, Correction};
 use crate::codec::grid::Real;
 use crate::codec::order::{Order, Origin};
@@ -16,6 +18,7 @@ use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::topology::{Manifold, Remainder};
 use crate::mesh::{IndexedMesh, Lattice, Vertex};
 use crate::refine::ProgressiveMesh;
+use crate::simplify::{Features, Simplified};
 
 /// The payloads of level 0; those that are not wanted are empty.
 #[derive(Debug, Default)]
@@ -62,7 +65,7 @@ impl<'a> Finish<'a> {
             options.exact.is_some() && (0..same.len()).any(|v| differ(input, v, same[v] as usize));
         let mut triangles = Vec::new();
         let entries = attributes::entries(input, options);
-        if has_copies || options.keep_order || !entries.is_empty() {
+        if has_copies || options.keep_order {
             triangles = table.triangles().map(|t| table.triangle(t)).collect();
         }
         let flipped = table.triangles().filter(|t| remainder.flipped[t.index()]);
@@ -77,11 +80,53 @@ impl<'a> Finish<'a> {
         &self.entries
     }
 
+    /// What the attributes mean to the simplification.
+    pub fn features(&self, manifold: &Manifold, options: &Options, lattice: &Lattice) -> Features {
+        if self.entries.is_empty() {
+            return Features::default();
+        }
+        features::features(self.input, manifold, &self.remainder, &self.entries, options, lattice)
+    }
+
+    /// What the corners of `simplified`, whose vertices are at `positions`, are at every level; `None` where there are no attributes. The
+    /// entries are told where attributes are born.
+    pub fn label(
+        &mut self,
+        simplified: &Simplified,
+        positions: &[[i32; 3]],
+        options: &Options,
+    ) -> Option<Labelling> {
+        if self.entries.is_empty() {
+            return None;
+        }
+        let kinds: Vec<_> = self.entries.iter().map(AttributeEntry::kind).collect();
+        let (table, history) = (simplified.input.clone(), &simplified.history);
+        let labelling = Labelling::new(self.input, &kinds, &self.remainder, table, history, positions);
+        let attributes = self.input.attributes.iter().zip(&labelling.coarsest).zip(&labelling.parted);
+        for (entry, ((attribute, &coarsest), &parted)) in self.entries.iter_mut().zip(attributes) {
+            let birth = features::birth(attribute, options);
+            let most = match birth {
+                _ if !features::may_be_coarse(attribute, birth) => 0,
+                // Where nearly every edge parts it, every operation would have to tell all of its corners anew.
+                AttributeBirth::Auto if parted > MOSTLY => 0,
+                _ if features::is_chart(attribute) => simplified.charts_to,
+                _ => coarsest,
+            };
+            entry.birth = coarsest.min(most) as u32;
+        }
+        Some(labelling)
+    }
+
     /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.
     ///
     /// # Errors
     /// [`Error::Parameter`] where a part has a number that cannot be written.
-    pub fn payloads(&self, mesh: &ProgressiveMesh, lattice: &Lattice) -> Result<Payloads> {
+    pub fn payloads(
+        &self,
+        mesh: &ProgressiveMesh,
+        alive: Option<&mut Alive>,
+        lattice: &Lattice,
+    ) -> Result<Payloads> {
         let tour = Tour::new(mesh);
         let names = Names::new(&self.remainder, &self.flipped, mesh, &tour, lattice);
         let mut payloads = Payloads { counts: names.residue.counts(), ..Payloads::default() };
@@ -100,17 +145,16 @@ impl<'a> Finish<'a> {
         budget.take_work(pass)?;
         let mut whole = Whole::new(mesh, &names.residue, &tour);
         let mut vertices = names.vertices(&self.remainder, &whole);
-        let origins = if self.has_copies || self.keep_order || !self.entries.is_empty() {
+        let origins = if self.has_copies || self.keep_order {
             self.origins(&names, &whole, &vertices)
         } else {
             Vec::new()
         };
-        if !self.entries.is_empty() {
-            let kinds: Vec<_> = self.entries.iter().map(AttributeEntry::kind).collect();
-            let corners = attributes::corners(&origins, &names.residue);
-            let truth = Truth::new(&self.input.attributes, &kinds, &corners);
+        if let Some(alive) = alive {
+            let outside: Vec<usize> = self.remainder.origins.in_table.iter_zeros().collect();
+            let further = names.further.iter().map(|&k| outside[k as usize]);
             let finest = Finest { mesh, tour: &tour, residue: &names.residue, whole: &whole };
-            let (payload, work) = Attributes::encode(kinds, &truth, finest).map_err(cannot)?;
+            let (payload, work) = alive.finish(finest, further).map_err(cannot)?;
             payloads.attributes = payload;
             budget.take_work(work)?;
             payloads.work[1] = budget.work();
@@ -217,5 +261,7 @@ fn differ(mesh: &IndexedMesh, v: usize, w: usize) -> bool {
     mesh.positions[v].map(f64::to_bits) != mesh.positions[w].map(f64::to_bits)
 }
 
+/// Which share of the edges may part an attribute that is born at a coarser level than the finest.
+const MOSTLY: f64 = 0.5;
 /// Coordinates of an axis by which its grids are chosen, at most.
 const SAMPLES: usize = 2048;

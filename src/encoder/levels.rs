@@ -1,5 +1,6 @@
 //! From the history to payloads: the replay coarse to fine, with every level's refinements and keyframe.
 
+use super::alive::Alive;
 use super::places::Places;
 use super::work::Work;
 use super::{Options, Report};
@@ -34,6 +35,8 @@ pub struct Levels<'a> {
     simplified: &'a Simplified,
     places: &'a Places,
     options: &'a Options,
+    /// The attributes, where there are any.
+    alive: Option<Alive<'a>>,
     pieces: Vec<Piece>,
     /// Bytes of the base and of the pieces.
     written: usize,
@@ -54,6 +57,7 @@ impl<'a> Levels<'a> {
         simplified: &'a Simplified,
         places: &'a Places,
         options: &'a Options,
+        mut alive: Option<Alive<'a>>,
     ) -> Self {
         let base_level = simplified.history.level_count();
         let history = &simplified.history;
@@ -61,12 +65,15 @@ impl<'a> Levels<'a> {
         let later = history.operations().len() + (0..base_level).map(born).sum::<usize>();
         let counts =
             vec![((base.positions.len() - later) as u32, base.table.triangle_count() as u32); base_level + 1];
-        let written = keyframe::encode(&base, places.cells(base_level).precision);
+        let written = keyframe::encode(&base, places.cells(base_level).precision, |walk, coder| {
+            alive.as_mut().map_or(0, |alive| alive.base(&base, walk, coder))
+        });
         Self {
             mesh: base,
             simplified,
             places,
             options,
+            alive,
             pieces: Vec::new(),
             written: written.payload.len(),
             keyframes: vec![(base_level as u32, written)],
@@ -97,18 +104,25 @@ impl<'a> Levels<'a> {
                 self.counts[j].0 += birth.vertices.len() as u32;
             }
             self.counts[j].1 = self.mesh.table.triangle_count() as u32;
+            self.bear_attributes(j);
             if self.options.keyframes.contains(j as u32) {
-                let written = keyframe::encode(&self.mesh, self.places.cells(j).precision);
+                let (mesh, alive) = (&self.mesh, &mut self.alive);
+                let written = keyframe::encode(mesh, self.places.cells(j).precision, |walk, coder| {
+                    alive.as_mut().map_or(0, |alive| alive.keyframe(j, mesh, walk, coder))
+                });
                 self.keyframes.push((j as u32, written));
                 models = models.afresh();
+                if let Some(alive) = &mut self.alive {
+                    alive.begin_segment();
+                }
             }
         }
         progress(total, total)
     }
 
-    /// The mesh as it stands: level 0 in the end.
-    pub fn mesh(&self) -> &ProgressiveMesh {
-        &self.mesh
+    /// The mesh as it stands: level 0 in the end; and its attributes.
+    pub fn finest(&mut self) -> (&ProgressiveMesh, Option<&mut Alive<'a>>) {
+        (&self.mesh, self.alive.as_mut())
     }
 
     /// Vertices and triangles of each level, by number.
@@ -144,7 +158,7 @@ impl<'a> Levels<'a> {
     pub fn add_to(&mut self, file: &mut FileBuilder, report: &mut Report) {
         let base_level = self.counts.len() as u32 - 1;
         for (level, written) in self.keyframes.drain(..) {
-            let bits = written.payload.len() as f64 * 8.0;
+            let bits = written.payload.len() as f64 * 8.0 - written.attributes;
             if level == base_level {
                 report.base_bits = bits;
                 file.payload(AtomKind::Base, level, &written.payload);
@@ -155,13 +169,16 @@ impl<'a> Levels<'a> {
             report.keyframe(level, &written, self.counts[level as usize].1);
         }
         for piece in self.pieces.drain(..) {
-            if piece.kind == AtomKind::Birth {
+            if piece.kind == AtomKind::Attributes {
+                file.payload(piece.kind, piece.level, &piece.bytes);
+            } else if piece.kind == AtomKind::Birth {
                 file.birth(piece.level, [piece.items, piece.triangles], &piece.bytes);
             } else {
                 file.atom(piece.kind, piece.level, piece.items, piece.triangles, piece.bytes);
             }
         }
         report.birth_bits = self.birth_bits;
+        report.attribute_bits += self.alive.as_ref().map_or(0.0, |alive| alive.bits);
         report.connectivity_bits = self.connectivity_bits;
         report.position_bits = self.position_bits;
     }
@@ -224,18 +241,25 @@ impl<'a> Levels<'a> {
             let atom_bytes = self.atom_bytes();
             let mut coder = RangeEncoder::default();
             let (mut items, before) = (0, self.mesh.table.triangle_count());
+            let (mut of_attributes, mut bits) = (0, 0.0);
             while left > 0 && (items == 0 || coder.size() < atom_bytes) {
-                pass.step(&mut self.mesh, models, &mut coder, &mut answers)
+                let inserted = pass
+                    .step(&mut self.mesh, models, &mut coder, &mut answers)
                     .expect("a writer knows its positions to be on the lattice")
                     .expect("the walk of a level meets all its operations");
+                if let Some(alive) = &mut self.alive {
+                    let before = alive.bits;
+                    of_attributes += alive.refine(&self.mesh, inserted, &mut coder);
+                    bits += alive.bits - before;
+                }
                 items += 1;
                 left -= 1;
             }
             let triangles = (self.mesh.table.triangle_count() - before) as u32;
-            self.connectivity_bits += coder.bits();
+            self.connectivity_bits += coder.bits() - bits;
             let bytes = coder.finish();
             let (kind, level) = (AtomKind::Refinement, j as u32);
-            let work = WORK_AN_OPERATION * u64::from(items);
+            let work = WORK_AN_OPERATION * u64::from(items) + of_attributes;
             self.push(Piece { kind, level, items, triangles, bytes, work });
         }
         self.connectivity_bits -= pass.position_bits;
@@ -243,14 +267,25 @@ impl<'a> Levels<'a> {
         self.pass = Some(pass);
     }
 
+    /// Attributes are born at level `j`, behind all else; those of level 0 come with its residue.
+    fn bear_attributes(&mut self, j: usize) {
+        let Some(alive) = self.alive.as_mut().filter(|alive| j > 0 && alive.are_born_at(j)) else { return };
+        let (bytes, work) = alive.birth(j, &self.mesh);
+        let (kind, level) = (AtomKind::Attributes, j as u32);
+        self.pieces.push(Piece { kind, level, items: 0, triangles: 0, bytes, work });
+    }
+
     /// Components join the mesh behind the operations of level `j`.
     fn bear(&mut self, j: usize, birth: &Birth) {
         let roots = Roots::choose(&birth.table);
         let positions = birth.vertices.iter().map(|v| self.places.born[v.index()]).collect();
         let part = ProgressiveMesh { table: birth.table.clone(), positions, roots };
-        let Written { payload: bytes, work, .. } =
-            keyframe::encode_birth(&part, self.places.cells(j).precision);
-        self.birth_bits += bytes.len() as f64 * 8.0;
+        let alive = &mut self.alive;
+        let Written { payload: bytes, work, attributes, .. } =
+            keyframe::encode_birth(&part, self.places.cells(j).precision, |walk, coder| {
+                alive.as_mut().map_or(0, |alive| alive.join(j, &part, walk, coder))
+            });
+        self.birth_bits += bytes.len() as f64 * 8.0 - attributes;
         let [items, triangles] = [birth.vertices.len(), birth.table.triangle_count()].map(|n| n as u32);
         self.pieces.push(Piece { kind: AtomKind::Birth, level: j as u32, items, triangles, bytes, work });
         self.mesh.join(&part.table, &part.roots, |v| birth.name(v));

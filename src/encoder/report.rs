@@ -142,7 +142,8 @@ impl Report {
 
     pub(super) fn keyframe(&mut self, level: u32, written: &Written, triangles: u32) {
         let Bits { symbols: connectivity, loops, handles } = written.connectivity;
-        let positions = written.payload.len() as f64 * 8.0 - connectivity - loops - handles;
+        let coded = written.payload.len() as f64 * 8.0 - written.attributes;
+        let positions = coded - connectivity - loops - handles;
         self.keyframes.push(KeyframeBits { level, triangles, connectivity, loops, handles, positions });
     }
 

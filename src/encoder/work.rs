@@ -48,7 +48,7 @@ mod tests {
     use crate::limits::{FREE_WORK, WORK_A_BYTE};
 
     fn way_in(bytes: usize, work: u64) -> Written {
-        Written { payload: vec![0; bytes], connectivity: Default::default(), work }
+        Written { payload: vec![0; bytes], connectivity: Default::default(), attributes: 0.0, work }
     }
 
     /// A keyframe that is read instead of the base has fewer bytes behind it: what the base's allow may be too much there.

@@ -1,6 +1,6 @@
 //! What a writer knows corners by, on the way from the finest mesh to the base.
 
-use super::Site;
+use super::{Site, wedges};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 
 /// A label for each corner, and one for each triangle, of a mesh that loses its vertices.
@@ -26,28 +26,28 @@ pub struct Ring {
 }
 
 impl Ring {
-    /// The star of `v`: from the edge to the first vertex of its site on, or at the boundary from the edge that leaves it.
-    pub fn corners(table: &CornerTable, v: Vertex, site: Site, corners: &mut Vec<Corner>) {
-        corners.clear();
-        corners.extend(table.fan(v));
-        if !table.is_boundary(v) {
-            let (Site::Edge(a, _) | Site::Face(a, ..) | Site::Attach(a, _)) = site;
-            let first = corners.iter().position(|c| table.vertex(c.next()) == a);
-            corners.rotate_left(first.unwrap_or(0));
-        }
+    /// The vertex of the link that it begins at.
+    pub fn first(&self) -> Vertex {
+        self.link.first().copied().unwrap_or(Vertex::NONE)
+    }
+
+    /// The fine triangles on either side of the edge that is left; where there is but one side, the second is empty.
+    pub fn sides(&self, site: Site) -> [std::ops::Range<usize>; 2] {
+        let count = self.labels.len();
+        let middle = match site {
+            Site::Edge(_, b) if self.link.len() == count => self.link.iter().position(|&w| w == b),
+            _ => None,
+        };
+        middle.map_or([0..count, count..count], |middle| [0..middle, middle..count])
     }
 
     /// Which fine triangles are on the side of the coarse one with these vertices: those on its side of the edge that is left.
     fn side(&self, site: Site, vertices: [Vertex; 3]) -> std::ops::Range<usize> {
-        let count = self.labels.len();
-        let Site::Edge(a, b) = site else { return 0..count };
-        if self.link.len() > count {
-            return 0..count; // At the boundary there is one side.
-        }
+        let [right, left] = self.sides(site);
+        let Site::Edge(a, _) = site else { return right };
         let place = |w: Vertex| self.link.iter().position(|&other| other == w);
-        let Some(middle) = place(b) else { return 0..count };
-        let is_right = vertices.iter().any(|&w| w != a && place(w).is_some_and(|place| place < middle));
-        if is_right { 0..middle } else { middle..count }
+        let is_right = |w: Vertex| w != a && place(w).is_some_and(|place| place < right.end);
+        if left.is_empty() || vertices.into_iter().any(is_right) { right } else { left }
     }
 }
 
@@ -69,6 +69,23 @@ impl Labels {
         self.corners[t.index()][3]
     }
 
+    /// An operation has been carried out: labels its star. `labels` are those of the ring of its vertex.
+    pub fn apply(&mut self, table: &CornerTable, ring: &[Corner], labels: &[[u32; 4]]) {
+        self.corners.resize(table.slots(), [0; 4]);
+        for (c, labels) in ring.iter().zip(labels) {
+            let corners = &mut self.corners[c.triangle().index()];
+            for (c, label) in [*c, c.next(), c.prev()].into_iter().zip(labels) {
+                corners[c.place()] = *label;
+            }
+            corners[3] = labels[3];
+        }
+    }
+
+    /// Those of components that join.
+    pub fn append(&mut self, part: &Self) {
+        self.corners.extend_from_slice(&part.corners);
+    }
+
     /// Only those of triangles that are left, which have been numbered anew in their order.
     pub fn compact(&mut self, there: &[Triangle]) {
         for (k, t) in there.iter().enumerate() {
@@ -79,7 +96,7 @@ impl Labels {
 
     /// Reads the star of `v`, which was inserted at `site`.
     pub fn ring(&self, table: &CornerTable, v: Vertex, site: Site, ring: &mut Ring) {
-        Ring::corners(table, v, site, &mut ring.corners);
+        wedges::ring(table, v, site, &mut ring.corners);
         let corners = &ring.corners;
         let of =
             |&c: &Corner| [self.of(c), self.of(c.next()), self.of(c.prev()), self.of_triangle(c.triangle())];
@@ -94,28 +111,24 @@ impl Labels {
 
     /// The vertex of `ring` has gone from `table`: labels the corners of what is left of its triangles. Where the two fine corners at a
     /// vertex of the link have other labels, and not the edge that is left between them, `second` says of the triangles on both sides of
-    /// it, by place in the ring, whether the label is that of the second. Returns whether each new triangle is labelled as all fine ones
-    /// in its place were.
+    /// it, by place in the ring, whether the label is that of the second.
     pub fn settle(
         &mut self,
         table: &CornerTable,
         ring: &Ring,
         site: Site,
         second: impl Fn(usize, usize) -> bool,
-    ) -> bool {
+    ) {
         if let Site::Attach(..) = site {
-            return true;
+            return;
         }
         let count = ring.labels.len();
-        let mut fits = true;
         // The places of those that were last in the list are gone.
         let is_left = |t: Triangle| t.index() < table.slots() && table.is_live(t);
         for t in ring.corners.iter().map(|c| c.triangle()).filter(|t| is_left(*t)) {
             let vertices = table.triangle(t);
             let side = ring.side(site, vertices);
-            let own = ring.labels[side.start][3];
-            fits &= ring.labels[side.clone()].iter().all(|labels| labels[3] == own);
-            self.corners[t.index()][3] = own;
+            self.corners[t.index()][3] = ring.labels[side.start][3];
             for (k, w) in vertices.into_iter().enumerate() {
                 let Some(i) = ring.link.iter().position(|&other| other == w) else { continue };
                 // The triangle before the vertex, and the one behind it.
@@ -133,7 +146,6 @@ impl Labels {
                 self.corners[t.index()][k] = if takes_second { y } else { x };
             }
         }
-        fits
     }
 }
 
@@ -193,7 +205,7 @@ mod tests {
                     gone += 1;
                     let (mut below, mut ring) = (labels.clone(), Ring::default());
                     below.ring(&table, v, operation.site, &mut ring);
-                    assert!(below.settle(&coarse, &ring, operation.site, |_, _| panic!("no seam ends here")));
+                    below.settle(&coarse, &ring, operation.site, |_, _| panic!("no seam ends here"));
                     carried(&table, &mut coarse, &operation, &flips, &below, &labels);
                 }
             }

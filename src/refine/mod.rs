@@ -17,4 +17,4 @@ pub use labels::{Labels, Ring};
 pub use mesh::{ProgressiveMesh, from_cell};
 pub use operation::{Operation, OperationError, Site};
 pub use roots::{Root, Roots};
-pub use wedges::Wedges;
+pub use wedges::{Carried, Wedges};

@@ -1,7 +1,7 @@
 //! Which wedge each corner names, and what an operation does to that (spec §13.3, §13.9).
 
 use super::Site;
-use crate::mesh::{Corner, CornerTable, Triangle};
+use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 
 /// The wedges of a mesh: a wedge is a vertex with one value of every attribute, what a graphics processor calls a vertex.
 ///
@@ -11,6 +11,22 @@ pub struct Wedges {
     /// By slot of the table, and place in the triangle; the fourth is the triangle's own row of values of triangles.
     corners: Vec<[u32; 4]>,
     count: u32,
+}
+
+/// The corners of the star of `v`: from the edge to the first vertex of its site on, or at the boundary from the edge that leaves it.
+pub fn ring(table: &CornerTable, v: Vertex, site: Site, corners: &mut Vec<Corner>) {
+    let (Site::Edge(a, _) | Site::Face(a, ..) | Site::Attach(a, _)) = site;
+    ring_from(table, v, a, corners);
+}
+
+/// The corners of the star of `v`: from the edge to `a` on, or at the boundary from the edge that leaves it.
+pub fn ring_from(table: &CornerTable, v: Vertex, a: Vertex, corners: &mut Vec<Corner>) {
+    corners.clear();
+    corners.extend(table.fan(v));
+    if !table.is_boundary(v) {
+        let first = corners.iter().position(|c| table.vertex(c.next()) == a);
+        corners.rotate_left(first.unwrap_or(0));
+    }
 }
 
 /// An operation as it was carried out, to the triangles that it has made and rewritten.
@@ -130,6 +146,11 @@ impl Wedges {
         }
     }
 
+    /// A corner gets a wedge that there is.
+    pub fn assign(&mut self, c: Corner, wedge: u32) {
+        self.corners[c.triangle().index()][c.place()] = wedge;
+    }
+
     /// A new wedge, of these corners.
     pub fn append(&mut self, corners: &[Corner]) -> u32 {
         let wedge = self.count;
@@ -138,6 +159,49 @@ impl Wedges {
         }
         self.count += 1;
         wedge
+    }
+
+    /// No wedge is known yet of any corner of a table; those to come are numbered from `first`.
+    pub fn open_from(table: &CornerTable, first: u32) -> Self {
+        Self { count: first, ..Self::open(table) }
+    }
+
+    /// The triangles of a part, whose wedges are numbered behind these, come behind the others.
+    pub fn append_part(&mut self, part: &Self) {
+        self.corners.extend_from_slice(&part.corners);
+        self.count = part.count;
+    }
+
+    /// What a triangle names: the wedges of its corners, and its row.
+    pub fn triangle(&self, t: Triangle) -> [u32; 4] {
+        self.corners.get(t.index()).copied().unwrap_or([Self::NONE; 4])
+    }
+
+    /// Has a triangle name what `there` says, and says what it named.
+    pub fn swap(&mut self, t: Triangle, there: &mut [u32; 4]) {
+        if let Some(corners) = self.corners.get_mut(t.index()) {
+            std::mem::swap(corners, there);
+        }
+    }
+
+    /// Has all triangles name what `there` says, by slot, and says what they named.
+    pub fn swap_all(&mut self, there: &mut Vec<[u32; 4]>) {
+        std::mem::swap(&mut self.corners, there);
+    }
+
+    /// What all triangles name, by slot.
+    pub fn all(&self) -> &[[u32; 4]] {
+        &self.corners
+    }
+
+    /// Takes the triangles from slot `from` on away.
+    pub fn cut(&mut self, from: usize) -> Vec<[u32; 4]> {
+        self.corners.split_off(from.min(self.corners.len()))
+    }
+
+    /// Puts back triangles that have been taken away.
+    pub fn put_back(&mut self, tail: &[[u32; 4]]) {
+        self.corners.extend_from_slice(tail);
     }
 
     /// Bytes that the corners of a table take.

@@ -37,6 +37,7 @@ struct Attribute {
     components: usize,
     stored: &'static str,
     bits: Option<u32>,
+    birth: u32,
     rms_error: f64,
 }
 
@@ -87,7 +88,7 @@ impl Table {
             atoms: contents.atoms.len(),
             attributes: contents.attributes.iter().map(Attribute::new).collect(),
             residue_bytes: length(contents.residue()),
-            attribute_bytes: length(contents.attribute_atoms()),
+            attribute_bytes: length(contents.attribute_atoms(0)),
             correction_bytes: length(contents.correction()),
             order_bytes: length(contents.order()),
             metadata_bytes: length(contents.metadata()),
@@ -106,6 +107,7 @@ impl Attribute {
             components: attribute.components,
             stored: attribute.stored.name(),
             bits: attribute.bits(),
+            birth: attribute.birth,
             rms_error: attribute.error,
         }
     }

@@ -29,7 +29,7 @@ pub fn mesh(mesh: &IndexedMesh) -> ProgressiveMesh {
 /// A file of one level with a residue.
 pub fn with_residue(base: &ProgressiveMesh, residue: &Residue) -> Vec<u8> {
     let mut file = builder(&[counts(base)]);
-    file.payload(AtomKind::Base, 0, &keyframe::encode(base, 0).payload);
+    file.payload(AtomKind::Base, 0, &keyframe::encode(base, 0, |_, _| 0).payload);
     file.payload(
         AtomKind::Residue,
         0,
@@ -50,7 +50,7 @@ pub fn with_levels<A: Answers>(
     answers: impl Fn(&ProgressiveMesh) -> A,
 ) -> Vec<u8> {
     let (mut all, mut atoms) = (vec![counts(&base)], Vec::new());
-    let first = keyframe::encode(&base, 0).payload;
+    let first = keyframe::encode(&base, 0, |_, _| 0).payload;
     let mut models = SegmentModels::default();
     for level in (0..levels).rev() {
         let before = (base.positions.len(), base.table.triangle_count());

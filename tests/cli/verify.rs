@@ -68,7 +68,7 @@ fn forged(file: &[u8], level: u32) -> Vec<u8> {
     let mut mesh = decoder.mesh().clone();
     let x = &mut mesh.positions[7][0];
     *x += if *x > 0 { -1 } else { 1 };
-    let keyframe = keyframe::encode(&mesh, 0).payload;
+    let keyframe = keyframe::encode(&mesh, 0, |_, _| 0).payload;
 
     let contents = decoder.contents().unwrap();
     let header = &contents.header;

@@ -83,10 +83,14 @@ impl File {
         let attributes = read_attributes(&mut table, attributes.into())?;
         let n = table.varint()?;
         demand((1..=4096).contains(&n), "3.3: number of levels")?;
-        let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step)?;
+        let told = attributes.iter().filter(|attribute| attribute.constant.is_none());
+        let births: Vec<u64> = told.map(|attribute| attribute.birth).collect();
+        demand(births.iter().all(|&birth| birth < n), "3.3: birth of an attribute")?;
+        let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step, &births)?;
         table::read_payloads(&mut table, n - 1, &mut atoms)?;
-        let valued = atoms.iter().any(|atom| atom.kind == ATTRIBUTES);
-        demand(valued != attributes.is_empty(), "3.3: attributes and their values")?;
+        let valued = atoms.iter().any(|atom| (atom.kind, atom.level) == (ATTRIBUTES, 0));
+        demand(!valued || !attributes.is_empty(), "3.3: values without attributes")?;
+        demand(valued || n == 1 || !births.contains(&0), "3.3: attributes without values")?;
         demand(atoms.len() <= 1 << 20, "3.6: number of atoms")?;
         for atom in &mut atoms {
             atom.bytes = fields.take(atom.length)?.to_vec();

@@ -1,10 +1,13 @@
 //! Chapters 13.4 and 13.5: values by what is expected of them.
 
+use std::collections::BTreeMap;
+
 use super::attribute::Attribute;
-use super::attributes::{Place, cross, direction, dot, integers, minus, radius, raw32, raw64};
+use super::column::Place;
 use super::container::{Result, demand};
 use super::entropy::{Code, Model};
 use super::mix;
+use super::numbers::{cross, direction, dot, integers, minus, radius, raw32, raw64};
 
 const NORMALS: u8 = 0;
 const COORDINATES: u8 = 2;
@@ -15,8 +18,12 @@ pub struct Values {
     costs: Vec<[i64; 3]>,
     constant: bool,
     again: Model,
+    /// Whether they have told of a value, or that there is none.
+    any: bool,
     last: Vec<i32>,
     side: f64,
+    /// By wedge, the lengths of what was missing.
+    lengths: BTreeMap<usize, Vec<u32>>,
 }
 
 /// What is expected of a value.
@@ -35,9 +42,17 @@ impl Values {
             costs: vec![[0; 3]; n],
             constant: true,
             again: Model::FRESH,
+            any: false,
             last: vec![0; n],
             side: 1.0,
+            lengths: BTreeMap::new(),
         }
+    }
+
+    /// A value has been told, of a wedge.
+    pub fn told(&mut self, wedge: Option<usize>, lengths: Vec<u32>) {
+        self.any = true;
+        self.lengths.extend(wedge.map(|wedge| (wedge, lengths)));
     }
 
     /// A value, and the lengths of what was missing to the one expected.
@@ -45,19 +60,17 @@ impl Values {
         &mut self,
         code: &mut Code,
         at: &Place,
-        p: Option<usize>,
+        p: Option<&Vec<i32>>,
         about: &Attribute,
-        values: &[Option<Vec<i32>>],
-        lengths: &[Vec<u32>],
     ) -> Result<(Vec<i32>, Vec<u32>)> {
         let n = integers(about);
-        if self.constant && !values.is_empty() {
+        if self.constant && self.any {
             self.constant = code.read(&mut self.again)?;
             if self.constant {
                 return Ok((self.last.clone(), vec![0; n]));
             }
         }
-        let guess = self.expect(at, p, about, values);
+        let guess = self.expect(at, p, about);
         let is_octahedral = about.quantisation == 2;
         let way = |k: usize| self.best(if is_octahedral { 0 } else { k }, guess.count);
         let mut expected: Vec<i32> = (0..n).map(|k| guess.ways[way(k)][k]).collect();
@@ -65,16 +78,16 @@ impl Values {
         if let Some(frame) = &frame {
             [expected[0], expected[1]] = frame.enter([expected[0], expected[1]]);
         }
-        let near: Vec<usize> = at
+        let near: Vec<&Vec<u32>> = at
             .corners
             .iter()
             .flat_map(|&c| [at.mesh.next(c), at.mesh.prev(c)])
-            .filter_map(|c| at.wedges.of.get(&c).copied())
+            .filter_map(|c| self.lengths.get(at.of.get(&c)?))
             .collect();
         let (mut value, mut found) = (vec![], vec![]);
         let (mut before, mut sign) = (0i32, 0);
         for k in 0..n {
-            let sum: usize = near.iter().map(|&wedge| lengths[wedge][k] as usize).sum();
+            let sum: usize = near.iter().map(|lengths| lengths[k] as usize).sum();
             let round = (2 * sum + near.len() / 2).checked_div(near.len()).unwrap_or(39).min(39);
             let spread = bits(guess.spread[k]).min(12) as usize;
             let last = if k == 0 { 39 } else { bits(before.unsigned_abs()) as usize };
@@ -103,17 +116,10 @@ impl Values {
         (0..count).min_by_key(|&w| self.costs[k][w]).expect("there is a way")
     }
 
-    fn expect(
-        &mut self,
-        at: &Place,
-        p: Option<usize>,
-        about: &Attribute,
-        values: &[Option<Vec<i32>>],
-    ) -> Expected {
-        let known = |c| at.wedges.of.get(&c).and_then(|&wedge| values[wedge].as_ref());
+    fn expect(&mut self, at: &Place, p: Option<&Vec<i32>>, about: &Attribute) -> Expected {
+        let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
         let beside = at.corners.iter().flat_map(|&c| [at.mesh.next(c), at.mesh.prev(c)]);
-        let before = p.and_then(|p| values[p].as_ref());
-        let near = beside.filter_map(known).next().or(before).unwrap_or(&self.last).clone();
+        let near = beside.filter_map(known).next().or(p).unwrap_or(&self.last).clone();
         let ways = [near.clone(), near.clone(), near];
         let guess = Expected { ways, count: 1, sources: 0, spread: vec![0; integers(about)] };
         match about.semantic {

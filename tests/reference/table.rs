@@ -31,7 +31,14 @@ pub fn read_lattice(table: &mut Fields) -> Result<([f64; 3], f64, u32, [u64; 3])
 }
 
 /// The level entries, and the atoms in them, whose bytes are still missing.
-pub fn read_levels(table: &mut Fields, n: usize, bits: u32, step: f64) -> Result<(Vec<Level>, Vec<Atom>)> {
+/// `births` are the levels at which attributes are born.
+pub fn read_levels(
+    table: &mut Fields,
+    n: usize,
+    bits: u32,
+    step: f64,
+    births: &[u64],
+) -> Result<(Vec<Level>, Vec<Atom>)> {
     let base = n as u64 - 1;
     let (mut vertices, mut triangles, shift) = (table.varint()?, table.varint()?, table.varint()?);
     demand([vertices, triangles].iter().all(|&count| count <= 1 << 30), "3.3: counts")?;
@@ -85,6 +92,9 @@ pub fn read_levels(table: &mut Fields, n: usize, bits: u32, step: f64) -> Result
                 (last.items, last.triangles) = born;
             }
             atoms.extend(run);
+        }
+        if j > 0 && births.contains(&j) {
+            atoms.extend(read_run(table, ATTRIBUTES, j, None)?);
         }
         (vertices, triangles) = (vertices + added + born.0, triangles + 2 * added - single + born.1);
         demand(vertices <= 1 << 30 && triangles <= 1 << 30, "3.6: counts")?;

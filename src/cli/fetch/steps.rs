@@ -58,6 +58,7 @@ pub fn steps(contents: &Contents, plan: &Plan) -> Vec<Step> {
 fn kind(kind: AtomKind, level: u32) -> Kind {
     match kind {
         AtomKind::Precision | AtomKind::Refinement | AtomKind::Birth => Kind::Levels,
+        AtomKind::Attributes if level > 0 => Kind::Levels,
         AtomKind::Keyframe => Kind::Other(kind, level),
         _ => Kind::Other(kind, 0),
     }
@@ -84,7 +85,7 @@ fn step(contents: &Contents, start: u32, kind: Kind, atoms: Range<usize>, bytes:
 
 fn levels(contents: &Contents, atoms: &Range<usize>) -> (String, Option<(u32, f64)>) {
     let run = contents.atoms.get(atoms.clone()).unwrap_or_default();
-    let known = || run.iter().filter(|atom| self::kind(atom.kind, 0) == Kind::Levels);
+    let known = || run.iter().filter(|atom| self::kind(atom.kind, atom.level) == Kind::Levels);
     let (Some(first), Some(last)) = (known().next(), known().next_back()) else {
         return (String::new(), None);
     };
@@ -123,5 +124,41 @@ impl Step {
             "triangles": self.mesh.map(|(triangles, _)| triangles),
             "max_error": self.mesh.map(|(_, error)| error),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use unweld::container::{AttributeEntry, FileBuilder, Level, Want, plan};
+    use unweld::mesh::Lattice;
+    use unweld::mesh::attributes::{Attribute, Quantisation, Semantic, Values};
+
+    /// Values of attributes that are born at a level come with it; those of level 0 with what else it has.
+    #[test]
+    fn values_belong_to_their_level() {
+        let level = |vertices, triangles| Level { vertices, triangles, ..Level::default() };
+        let lattice = Lattice { origin: [0.0; 3], step: 1.0, bits: 8 };
+        let mut file = FileBuilder::new(lattice, [1; 3], vec![level(6, 8), level(5, 6), level(4, 4)]);
+        let color = Attribute::new(Semantic::Color, 3, Values::U8(vec![0; 3]), Vec::new());
+        let born = |birth| AttributeEntry { birth, ..AttributeEntry::of(&color, Quantisation::Integer, 0.0) };
+        file.attributes = vec![born(1), born(0)];
+        file.payload(AtomKind::Base, 2, b"base");
+        for j in [1, 0] {
+            file.atom(AtomKind::Refinement, j, 1, 2, vec![0]);
+            file.payload(AtomKind::Attributes, j, &[1; 300]);
+        }
+        let contents = file.write(&mut Vec::new()).unwrap();
+        let told: Vec<_> = steps(&contents, &plan(&contents, Want::All))
+            .into_iter()
+            .map(|step| (step.what, step.bytes, step.mesh.map(|(triangles, _)| triangles)))
+            .collect();
+        let expected = [
+            ("base", 4, Some(4)),
+            ("level 1", 301, Some(6)),
+            ("level 0", 1, Some(8)),
+            ("attributes", 300, None),
+        ];
+        assert_eq!(told, expected.map(|(what, bytes, mesh)| (what.to_owned(), bytes, mesh)));
     }
 }

@@ -1,82 +1,66 @@
-//! The wedges of the residue's further triangles: those of their vertices, or new ones (spec §13.6).
+//! What the residue's further triangles have: the wedges of their vertices, or new ones, and values of their own (spec §13.6, §13.7).
 
-use super::column::Column;
+use super::round::{CornerModels, fan, take_room};
 use super::values::Around;
-use super::whole::{CornerModels, take_room};
-use super::{Finest, Known};
+use super::{Attributes, Finest, Known};
 use crate::codec::whole::{WholeError, spend};
 use crate::entropy::{BitCoder, NumberModel};
 use crate::limits::Budget;
-use crate::mesh::Corner;
 use crate::mesh::attributes::Domain;
 use crate::refine::Wedges;
+use bitvec::vec::BitVec;
 use std::collections::HashMap;
 
 /// The pass over the further triangles.
 pub struct Further<'a, K> {
     finest: Finest<'a>,
-    wedges: &'a Wedges,
-    /// For each wedge what the writer knows it by.
-    lists: Vec<u32>,
     models: Vec<CornerModels>,
     known: &'a K,
-    /// How many wedges there are.
-    pub count: u32,
 }
 
 impl<'a, K: Known> Further<'a, K> {
-    pub fn new(
-        finest: Finest<'a>,
-        wedges: &'a Wedges,
-        lists: Vec<u32>,
-        models: Vec<CornerModels>,
-        known: &'a K,
-    ) -> Self {
-        Self { finest, wedges, lists, models, known, count: wedges.count() }
+    pub fn new(finest: Finest<'a>, models: Vec<CornerModels>, known: &'a K) -> Self {
+        Self { finest, models, known }
     }
 
     /// Codes the corners of all further triangles.
     pub fn code<C: BitCoder>(
         &mut self,
-        columns: &mut [Column],
+        attributes: &mut Attributes,
         coder: &mut C,
         budget: &mut Budget,
     ) -> Result<Vec<[u32; 3]>, WholeError> {
-        let first = self.finest.tour.walk.triangles.len();
         let triangles = &self.finest.residue.triangles;
-        // The wedges of a vertex of the whole, in the order in which they came.
-        let mut at: HashMap<u32, Vec<u32>> = HashMap::new();
-        self.list_known(&mut at, budget)?;
+        // The wedges of a vertex of the whole, in the order in which the walk and further triangles have them.
+        let mut at = self.list_known(attributes, budget)?;
+        let Attributes { columns, wedges, alive, count, .. } = attributes;
         let mut choice = NumberModel::default();
-        let mut coded = Vec::new();
+        let (mut coded, mut last) = (Vec::new(), None);
         for (t, triangle) in triangles.iter().enumerate() {
             spend(budget, t)?;
             let mut corners = [0; 3];
             for (k, &name) in triangle.iter().enumerate() {
                 let here = at.entry(self.finest.whole.names[name as usize]).or_default();
-                let truth = self.known.wedge(first + t, k);
-                let wanted = || {
-                    let found = here.iter().position(|&wedge| self.lists.get(wedge as usize) == Some(&truth));
-                    found.map_or(0, |place| place as u32 + 1)
+                let label = if C::ENCODES { self.known.further(t)[k] } else { 0 };
+                let is_it = |&wedge: &u32| {
+                    alive.iter().all(|&k| columns[k].value(wedge) == self.known.value(k, label))
                 };
+                let wanted = || here.iter().position(is_it).map_or(0, |place| place as u32 + 1);
                 let chosen = if here.is_empty() { 0 } else { choice.unsigned(coder, wanted)? };
                 corners[k] = match chosen {
                     0 => {
-                        take_room(budget, self.count, columns)?;
-                        let around = Around { mesh: self.finest.mesh, wedges: self.wedges };
-                        let before = here.last().copied().or(self.count.checked_sub(1));
-                        for (k, (column, models)) in columns.iter_mut().zip(&mut self.models).enumerate() {
-                            if column.kind.domain == Domain::Corner {
-                                let value = self.known.value(k, truth);
-                                models.code(coder, &around, column, &[], before, value)?;
-                            }
+                        take_room(budget, *count, columns)?;
+                        let around = Around { mesh: self.finest.mesh, wedges };
+                        let before = here.last().copied().or(last);
+                        for &k in alive.iter() {
+                            let (models, column) = (&mut self.models[k], &mut columns[k]);
+                            let value = self.known.value(k, label);
+                            models.code(coder, &around, column, *count, &[], before, value)?;
                         }
-                        if C::ENCODES {
-                            self.lists.push(truth);
-                        }
-                        here.push(self.count);
-                        self.count += 1;
-                        self.count - 1
+                        here.push(*count);
+                        last = Some(*count);
+                        *count += 1;
+                        *count - 1
                     }
                     place => *here
                         .get(place as usize - 1)
@@ -89,26 +73,72 @@ impl<'a, K: Known> Further<'a, K> {
         Ok(coded)
     }
 
-    /// Lists the wedges of the vertices that further triangles have in common with the mesh.
-    fn list_known(&self, at: &mut HashMap<u32, Vec<u32>>, budget: &mut Budget) -> Result<(), WholeError> {
+    /// Lists the wedges of the vertices that further triangles have in common with the mesh: of each run of alike ones round a vertex the
+    /// first, so that neither their numbers nor how many there are matter.
+    fn list_known(
+        &self,
+        attributes: &Attributes,
+        budget: &mut Budget,
+    ) -> Result<HashMap<u32, Vec<u32>>, WholeError> {
         let Finest { mesh, tour, residue, whole, .. } = self.finest;
+        let mut at: HashMap<u32, Vec<u32>> = HashMap::new();
         if residue.triangles.is_empty() {
-            return Ok(());
+            return Ok(at);
         }
         budget.take_memory(residue.triangles.len(), BYTES_A_TRIANGLE)?;
         for &name in residue.triangles.as_flattened() {
             at.entry(whole.names[name as usize]).or_default();
         }
-        budget.take_work(4 * mesh.table.slots() as u64)?;
-        for (k, &v) in tour.vertices.iter().enumerate() {
-            let Some(here) = at.get_mut(&whole.names[k]) else { continue };
-            let wedges = mesh.table.fan(v).map(|c: Corner| self.wedges.of(c));
+        let table = &mesh.table;
+        budget.take_work(4 * table.slots() as u64)?;
+        let seen_bytes = table.vertex_slots() / 8 + size_of::<usize>();
+        budget.take_memory(seen_bytes, 1)?;
+        let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
+        let mut names = whole.names.iter();
+        for first in tour.walk.triangles.iter().flat_map(|c| [c.next(), c.prev(), *c]) {
+            let v = table.vertex(first);
+            if seen.replace(v.index(), true) {
+                continue;
+            }
+            let Some(here) = names.next().and_then(|name| at.get_mut(name)) else { continue };
             let from = here.len();
-            here.extend(wedges);
-            // By birth, whichever corner the table has the fan begin at.
-            here[from..].sort_unstable();
-            here.dedup();
+            let mut before = None;
+            for c in fan(table, if table.is_boundary(v) { table.corner_of(v) } else { first }) {
+                let wedge = attributes.wedges.of(c);
+                if !before.is_some_and(|before| attributes.are_alike(before, wedge, &attributes.alive)) {
+                    here.push(wedge);
+                }
+                before = Some(wedge);
+            }
             budget.take_memory(here.len() - from, 3 * size_of::<u32>())?;
+        }
+        budget.give_memory(seen_bytes, 1);
+        Ok(at)
+    }
+}
+
+impl Attributes {
+    /// Codes the values of further triangles, of a column of triangles.
+    pub(super) fn further_rows<C: BitCoder, K: Known>(
+        &mut self,
+        finest: Finest,
+        k: usize,
+        models: &mut CornerModels,
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        debug_assert_eq!(self.columns[k].kind.domain, Domain::Triangle);
+        let around = Around { mesh: finest.mesh, wedges: &Wedges::default() };
+        // The last of the walk: rows are numbered by how a reader has come here.
+        let mut before = finest.tour.walk.triangles.last().map(|c| self.wedges.row(c.triangle()));
+        for t in 0..finest.residue.triangles.len() {
+            let row = self.rows + t as u32;
+            take_room(budget, row, std::slice::from_ref(&self.columns[k]))?;
+            let truth = if C::ENCODES { known.further(t)[3] } else { 0 };
+            models.code(coder, &around, &mut self.columns[k], row, &[], before, known.value(k, truth))?;
+            before = Some(row);
+            coder.check()?;
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use crate::mesh::attributes::{Quantisation, Semantic, quantise};
 use crate::mesh::{Attribute, Corner};
 
 /// Ways to guess a value.
-pub(super) const WAYS: usize = 3;
+pub(super) const WAYS: usize = 5;
 
 /// What is expected.
 #[derive(Clone, Debug)]
@@ -122,7 +122,7 @@ fn linear(guess: &mut Guess, memory: &mut Memory, around: &Around, column: &Colu
     if near.count == 0.0 {
         return;
     }
-    guess.count = if is_map { 1 } else { WAYS };
+    guess.count = if is_map { 1 } else { 3 };
     for k in 0..components {
         scale.round(k, first.mean(k), &mut guess.ways[0]);
         if !is_map {
@@ -159,7 +159,7 @@ fn similar(
 
 /// The normals of the wedge's triangles, weighted by area.
 fn normal(guess: &mut Guess, around: &Around, column: &Column, corners: &[Corner]) {
-    let mut sums = [[0.0; 3]; WAYS];
+    let mut sums = [[0.0; 3]; 3];
     let mut whole = 0.0;
     for &c in corners {
         let [at, n, p] = [c, c.next(), c.prev()].map(|c| around.position(c));
@@ -180,8 +180,35 @@ fn normal(guess: &mut Guess, around: &Around, column: &Column, corners: &[Corner
         return;
     }
     guess.sources = corners.len();
-    guess.count = WAYS;
-    for ((way, sum), length) in guess.ways.iter_mut().zip(sums).zip(lengths) {
+    // As the surface is bent against the normals round it.
+    let mut near = [0.0; 3];
+    for c in corners.iter().flat_map(|c| [c.next(), c.prev()]) {
+        if let Some(x) = around.value(column, c) {
+            let x = match column.kind.quantisation {
+                Quantisation::Octahedral { bits } => {
+                    quantise::direction([x[0], x[1]], quantise::radius(bits))
+                }
+                _ => {
+                    let n = Scale::of(&column.kind).numbers(x);
+                    [n[0], n[1], n[2]]
+                }
+            };
+            near = [0, 1, 2].map(|k| near[k] + x[k]);
+        }
+    }
+    let length = dot(near, near).sqrt();
+    let mut all = [sums[0], sums[1], sums[2], near, near];
+    let mut of = [lengths[0], lengths[1], lengths[2], length, 0.0];
+    guess.count = 3;
+    if length > 0.0 && length.is_finite() {
+        all[4] = [0, 1, 2].map(|k| sums[0][k] / lengths[0] + near[k] / length);
+        of[4] = dot(all[4], all[4]).sqrt();
+        if of[4] > 0.0 {
+            guess.count = WAYS;
+        }
+    }
+    let count = guess.count;
+    for ((way, sum), length) in guess.ways.iter_mut().zip(all).zip(of).take(count) {
         match column.kind.quantisation {
             Quantisation::Octahedral { bits } => {
                 let q = quantise::octahedral(sum, quantise::radius(bits));

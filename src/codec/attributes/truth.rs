@@ -1,20 +1,19 @@
-//! What a writer knows of the attributes of level 0.
+//! What a writer knows of attributes.
 
 use super::Known;
 use crate::mesh::attributes::{Attribute, Domain, Kind};
+use crate::mesh::{Corner, Triangle};
+use crate::refine::Labels;
 use std::collections::HashMap;
 
-/// The attributes of level 0, quantised, by the places that it has in the walk.
+/// The attributes of an input, quantised, by labels: a label of corners stands for one value in each attribute at corners, one of
+/// triangles for one in each of triangles.
 #[derive(Debug)]
 pub struct Truth {
-    /// For each triangle of the whole, as the mesh and not the input has it round, what tells the wedges of its corners apart.
-    wedges: Vec<[u32; 3]>,
     /// For each column its values, equal ones once, `integers` numbers each.
     values: Vec<Values>,
-    /// For each column at corners and each wedge the value; [`NONE`] where there is none.
-    of_wedge: Vec<Vec<u32>>,
-    /// For each column of triangles and each triangle of the whole the value.
-    of_triangle: Vec<Vec<u32>>,
+    /// For each column and each label the value; [`NONE`] where there is none.
+    of_label: Vec<Vec<u32>>,
 }
 
 #[derive(Debug)]
@@ -26,68 +25,87 @@ struct Values {
 const NONE: u32 = u32::MAX;
 
 impl Truth {
-    /// Quantises attributes. `corners` tells for each corner of the whole, as the mesh has it round, which corner of the input it is: three
-    /// times its triangle plus its place in that.
+    /// Quantises attributes of so many triangles. Returned are also the labels of each triangle of the input: of its corners, and its own.
     ///
-    /// Wedges are told apart by their quantised values: what quantisation makes equal is one.
-    pub fn new(attributes: &[Attribute], kinds: &[Kind], corners: &[[u32; 3]]) -> Self {
-        let mut wedges = vec![[0u32; 3]; corners.len()];
-        let (mut values, mut of_wedge, mut of_triangle) = (Vec::new(), Vec::new(), Vec::new());
-        let mut classes_of = Vec::new();
+    /// Labels are told apart by quantised values: what quantisation makes equal is one.
+    pub fn new(attributes: &[Attribute], kinds: &[Kind], triangles: usize) -> (Self, Vec<[u32; 4]>) {
+        let mut labels = vec![[0u32; 4]; triangles];
+        let (mut values, mut classes) = (Vec::new(), Vec::new());
         for (attribute, kind) in attributes.iter().zip(kinds) {
-            let (list, classes) = quantised(attribute, kind);
+            let (list, of_value) = quantised(attribute, kind);
             values.push(list);
-            let class = |corner: u32| {
-                let value = attribute.at(corner as usize / 3, corner as usize % 3);
-                value.map_or(NONE, |value| classes[value])
-            };
-            if kind.domain == Domain::Triangle {
-                of_triangle.push(corners.iter().map(|c| class(c[0])).collect());
-                of_wedge.push(Vec::new());
-                classes_of.push(Vec::new());
-                continue;
-            }
-            of_triangle.push(Vec::new());
-            of_wedge.push(Vec::new());
-            let classes: Vec<[u32; 3]> = corners.iter().map(|c| c.map(class)).collect();
-            // Wedges so far, parted further by this attribute.
+            // Labels so far, parted further by this attribute.
             let mut numbers: HashMap<(u32, u32), u32> = HashMap::new();
-            for (wedge, &class) in wedges.as_flattened_mut().iter_mut().zip(classes.as_flattened()) {
+            let mut part = |label: &mut u32, value: Option<usize>| {
                 let next = numbers.len() as u32;
-                *wedge = *numbers.entry((*wedge, class)).or_insert(next);
+                let class = value.map_or(NONE, |value| of_value[value]);
+                *label = *numbers.entry((*label, class)).or_insert(next);
+            };
+            for (t, labels) in labels.iter_mut().enumerate() {
+                match kind.domain {
+                    Domain::Triangle => part(&mut labels[3], attribute.at(t, 0)),
+                    Domain::Corner => {
+                        let corners = labels[..3].iter_mut().enumerate();
+                        corners.for_each(|(k, label)| part(label, attribute.at(t, k)));
+                    }
+                }
             }
-            classes_of.push(classes);
+            classes.push(of_value);
         }
-        let count = wedges.as_flattened().iter().max().map_or(0, |&most| most as usize + 1);
-        for (of_wedge, classes) in
-            of_wedge.iter_mut().zip(&classes_of).filter(|(_, classes)| !classes.is_empty())
-        {
-            of_wedge.resize(count, NONE);
-            for (&wedge, &class) in wedges.as_flattened().iter().zip(classes.as_flattened()) {
-                of_wedge[wedge as usize] = class;
+        let of_label = attributes.iter().zip(kinds).zip(&classes).map(|((attribute, kind), of_value)| {
+            let mut of_label = Vec::new();
+            let mut set = |label: u32, value: Option<usize>| {
+                if label as usize >= of_label.len() {
+                    of_label.resize(label as usize + 1, NONE);
+                }
+                of_label[label as usize] = value.map_or(NONE, |value| of_value[value]);
+            };
+            for (t, labels) in labels.iter().enumerate() {
+                match kind.domain {
+                    Domain::Triangle => set(labels[3], attribute.at(t, 0)),
+                    Domain::Corner => (0..3).for_each(|k| set(labels[k], attribute.at(t, k))),
+                }
             }
-        }
-        Self { wedges, values, of_wedge, of_triangle }
+            of_label
+        });
+        let of_label = of_label.collect();
+        (Self { values, of_label }, labels)
     }
 
-    fn at(&self, column: usize, class: Option<&u32>) -> Option<&[i32]> {
+    /// The value of a column that a label stands for.
+    pub fn value(&self, column: usize, label: u32) -> Option<&[i32]> {
         let Values { integers, numbers } = &self.values[column];
-        let class = *class.filter(|&&class| class != NONE)? as usize;
+        let class = *self.of_label[column].get(label as usize).filter(|&&class| class != NONE)? as usize;
         numbers.get(class * integers..(class + 1) * integers)
     }
 }
 
-impl Known for Truth {
-    fn wedge(&self, place: usize, k: usize) -> u32 {
-        self.wedges[place][k]
+/// A mesh whose corners and triangles are labelled.
+#[derive(Clone, Copy, Debug)]
+pub struct Labelled<'a> {
+    /// What labels stand for.
+    pub truth: &'a Truth,
+    /// Those of the mesh.
+    pub labels: &'a Labels,
+    /// Those of further triangles.
+    pub further: &'a [[u32; 4]],
+}
+
+impl Known for Labelled<'_> {
+    fn label(&self, c: Corner) -> u32 {
+        self.labels.of(c)
     }
 
-    fn value(&self, column: usize, wedge: u32) -> Option<&[i32]> {
-        self.at(column, self.of_wedge[column].get(wedge as usize))
+    fn of_triangle(&self, t: Triangle) -> u32 {
+        self.labels.of_triangle(t)
     }
 
-    fn of_triangle(&self, column: usize, place: usize) -> Option<&[i32]> {
-        self.at(column, self.of_triangle[column].get(place))
+    fn further(&self, place: usize) -> [u32; 4] {
+        self.further[place]
+    }
+
+    fn value(&self, column: usize, label: u32) -> Option<&[i32]> {
+        self.truth.value(column, label)
     }
 }
 

@@ -17,12 +17,15 @@ pub struct Around<'a> {
 }
 
 /// Models of an attribute's values.
+#[derive(Debug)]
 pub struct ValueModels {
     memory: Memory,
     /// Whether all values so far were the same.
     constant: bool,
     /// Whether another one is.
     again: Bit,
+    /// Whether there has been one, or none where one might be.
+    any: bool,
     numbers: Vec<ResidualModel>,
     /// How well each way of guessing did, by integer: mean bit lengths of what was missing, in units of 1/32.
     costs: [[u32; WAYS]; MOST],
@@ -37,6 +40,7 @@ impl ValueModels {
             memory: Memory::default(),
             constant: true,
             again: Bit::NEW,
+            any: false,
             numbers: vec![ResidualModel::default(); kind.integers()],
             costs: [[0; WAYS]; MOST],
             lengths: Vec::new(),
@@ -53,24 +57,35 @@ impl ValueModels {
         coder: &mut C,
         around: &Around,
         column: &Column,
+        at: u32,
         corners: &[Corner],
         before: Option<u32>,
         truth: &[i32],
     ) -> Result<Vec<i32>, CodingError> {
         let n = column.kind.integers();
-        if self.constant && column.count() > 0 {
+        if self.constant && self.any {
             self.constant = coder.bit(&mut self.again, || truth == &self.memory.last[..n]);
             if self.constant {
+                self.skip(column, at);
                 return Ok(self.memory.last[..n].to_vec());
             }
         }
         let guess = predict::guess(&mut self.memory, around, column, corners, before);
-        // Those that were repeated, or none, were as expected.
-        self.lengths.resize(column.count() * n, 0);
         let near = self.near(around, column, corners);
-        let value = self.residuals(coder, column, &guess, &near, truth)?;
+        let value = self.residuals(coder, column, at, &guess, &near, truth)?;
         self.memory.last[..n].copy_from_slice(&value[..n]);
         Ok(value[..n].to_vec())
+    }
+
+    /// The value of a wedge is as expected, or none.
+    pub fn skip(&mut self, column: &Column, at: u32) {
+        let n = column.kind.integers();
+        let from = at as usize * n;
+        if self.lengths.len() < from + n {
+            self.lengths.resize(from + n, NOT_CODED);
+        }
+        self.lengths[from..from + n].fill(0);
+        self.any = true;
     }
 
     /// Mean bit lengths of the residuals of known neighbours, in halves; [`UNKNOWN`] where there are none.
@@ -80,6 +95,7 @@ impl ValueModels {
         for c in corners.iter().flat_map(|c| [c.next(), c.prev()]) {
             let wedge = around.wedges.of(c) as usize;
             if let Some(lengths) = self.lengths.get(wedge.saturating_mul(n)..).and_then(|rest| rest.get(..n))
+                && lengths[0] != NOT_CODED
             {
                 lengths.iter().zip(&mut sums).for_each(|(&length, sum)| *sum += usize::from(length));
                 count += 1;
@@ -92,13 +108,14 @@ impl ValueModels {
         &mut self,
         coder: &mut C,
         column: &Column,
+        at: u32,
         guess: &Guess,
         near: &[usize; MOST],
         truth: &[i32],
     ) -> Result<Integers, CodingError> {
         let n = column.kind.integers();
-        let from = column.count() * n;
-        self.lengths.resize(from + n, 0);
+        self.skip(column, at);
+        let from = at as usize * n;
         let mut expected: Integers = std::array::from_fn(|k| guess.ways[self.best(k, guess.count)][k]);
         let mut wanted = [0; MOST];
         wanted.iter_mut().zip(truth).for_each(|(wanted, &truth)| *wanted = truth);
@@ -156,6 +173,8 @@ impl ValueModels {
     }
 }
 
+/// The length of what these models have not coded.
+const NOT_CODED: u8 = u8::MAX;
 /// A context of its own.
 const UNKNOWN: usize = super::residual::CONTEXTS - 1;
 

@@ -215,6 +215,7 @@ impl LevelPass {
             star.uproots |= star.root.is(p, q);
             self.star(&[other]);
             self.inserted.flips.push([p, q]);
+            self.inserted.turned.push(c);
         }
     }
 
@@ -224,6 +225,7 @@ impl LevelPass {
         self.inserted.vertex = v;
         self.inserted.site = site;
         self.inserted.flips.clear();
+        self.inserted.turned.clear();
         self.inserted.star.clear();
         self.inserted.created = created;
         self.inserted.lift = None;

@@ -1,0 +1,215 @@
+//! What is told of attributes behind each operation: which corners of its link part, and the wedges of its vertex (spec §13.9).
+
+use super::round::{CornerModels, RoundModels, Vicinity, take_room};
+use super::values::Around;
+use super::{Attributes, Known};
+use crate::codec::whole::WholeError;
+use crate::entropy::{Bit, BitCoder};
+use crate::limits::Budget;
+use crate::mesh::{Corner, Vertex};
+use crate::refine::wedges::{Carried, ring};
+use crate::refine::{ProgressiveMesh, Site};
+
+/// Models of what is told of attributes behind operations.
+#[derive(Debug)]
+pub struct RefinedModels {
+    /// Whether a corner of the link parts, by how many vertices of the link have several wedges close by: none, one, more.
+    parts: [Bit; 3],
+    /// Whether those of one vertex do, by on how many sides another wedge is beyond.
+    part: [Bit; 3],
+    /// Whether it is the second that is another now: by whether another wedge is beyond the first alone, the second alone, or else.
+    second: [Bit; 3],
+    /// Whether it has the wedge beyond.
+    beyond: Bit,
+    link: Vec<CornerModels>,
+    round: RoundModels,
+    corners: Vec<Corner>,
+    seats: Vec<Seat>,
+}
+
+/// A vertex of the link: its corners before and behind the spoke, of which one may part. Of an ear there is but one.
+#[derive(Clone, Copy, Debug)]
+struct Seat {
+    corners: [Corner; 2],
+    /// The corners next to them, outside the star, where these have other wedges.
+    beyond: [Corner; 2],
+}
+
+impl Seat {
+    fn others(&self) -> usize {
+        self.beyond.iter().filter(|c| c.is_some()).count()
+    }
+}
+
+impl Attributes {
+    /// Models for what follows.
+    pub fn models(&self) -> RefinedModels {
+        RefinedModels {
+            parts: [Bit::NEW; 3],
+            part: [Bit::NEW; 3],
+            second: [Bit::NEW; 3],
+            beyond: Bit::NEW,
+            link: self.columns.iter().map(CornerModels::new).collect(),
+            round: RoundModels::new(&self.columns),
+            corners: Vec::new(),
+            seats: Vec::new(),
+        }
+    }
+
+    /// An operation has been carried out, which inserted `v`: corners take their wedges.
+    ///
+    /// # Errors
+    /// [`WholeError`].
+    #[expect(clippy::too_many_arguments)]
+    pub fn refine<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RefinedModels,
+        mesh: &ProgressiveMesh,
+        v: Vertex,
+        operation: &Carried,
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        self.wedges.carry(&mesh.table, operation);
+        if self.alive.is_empty() {
+            return Ok(());
+        }
+        let mut corners = std::mem::take(&mut models.corners);
+        ring(&mesh.table, v, operation.site, &mut corners);
+        self.part(models, mesh, operation.site, &corners, coder, known, budget)?;
+        let alive = std::mem::take(&mut self.alive);
+        let is_boundary = mesh.table.is_boundary(v);
+        let vicinity = Vicinity { mesh, born: &alive, old: &[], is_boundary };
+        let outcome = self.round(&mut models.round, vicinity, &mut corners, |_| true, coder, known, budget);
+        (self.alive, models.corners) = (alive, corners);
+        self.count = self.wedges.count();
+        coder.check()?;
+        outcome
+    }
+
+    /// Corners of the link that are others than carried.
+    #[expect(clippy::too_many_arguments)]
+    fn part<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RefinedModels,
+        mesh: &ProgressiveMesh,
+        site: Site,
+        corners: &[Corner],
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        let mut seats = std::mem::take(&mut models.seats);
+        self.seats(mesh, site, corners, &mut seats);
+        let several = seats.iter().filter(|seat| seat.others() > 0).count();
+        // A writer looks at what the corners beside hold, which all are of the same mesh.
+        let differs = |c: Corner| {
+            let carried = self.wedges.of(c);
+            let label = known.label(c);
+            self.alive.iter().any(|&k| self.columns[k].value(carried) != known.value(k, label))
+        };
+        let parts = |seat: &Seat| seat.corners.iter().any(|&c| c.is_some() && differs(c));
+        let any = coder.bit(&mut models.parts[several.min(2)], || seats.iter().any(parts));
+        if any {
+            let truths: Vec<[bool; 2]> = if C::ENCODES {
+                seats.iter().map(|seat| seat.corners.map(|c| c.is_some() && differs(c))).collect()
+            } else {
+                vec![[false; 2]; seats.len()]
+            };
+            for (seat, truth) in seats.iter().zip(truths) {
+                if !coder.bit(&mut models.part[seat.others()], || truth[0] || truth[1]) {
+                    continue;
+                }
+                let side = match seat.corners {
+                    [_, second] if second.is_none() => 0,
+                    _ => {
+                        let context = match seat.beyond.map(|c| c.is_some()) {
+                            [true, false] => 0,
+                            [false, true] => 1,
+                            _ => 2,
+                        };
+                        usize::from(coder.bit(&mut models.second[context], || truth[1]))
+                    }
+                };
+                self.renew(models, mesh, seat, side, coder, known, budget)?;
+                coder.check()?;
+            }
+        }
+        models.seats = seats;
+        Ok(())
+    }
+
+    /// A corner of the link gets another wedge than the one carried.
+    #[expect(clippy::too_many_arguments)]
+    fn renew<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RefinedModels,
+        mesh: &ProgressiveMesh,
+        seat: &Seat,
+        side: usize,
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        let (c, beyond) = (seat.corners[side], seat.beyond[side]);
+        let label = if C::ENCODES { known.label(c) } else { 0 };
+        if beyond.is_some() {
+            let there = self.wedges.of(beyond);
+            let is_it = || self.alive.iter().all(|&k| self.columns[k].value(there) == known.value(k, label));
+            if coder.bit(&mut models.beyond, is_it) {
+                self.wedges.assign(c, there);
+                return Ok(());
+            }
+        }
+        take_room(budget, self.wedges.count(), &self.columns)?;
+        let (wedge, carried) = (self.wedges.count(), self.wedges.of(c));
+        let around = Around { mesh, wedges: &self.wedges };
+        for &k in &self.alive {
+            let (models, column) = (&mut models.link[k], &mut self.columns[k]);
+            models.code(coder, &around, column, wedge, &[c], Some(carried), known.value(k, label))?;
+        }
+        self.wedges.append(&[c]);
+        Ok(())
+    }
+
+    /// Where corners of the link may part.
+    fn seats(&self, mesh: &ProgressiveMesh, site: Site, corners: &[Corner], seats: &mut Vec<Seat>) {
+        let table = &mesh.table;
+        seats.clear();
+        // The corner at the same vertex beyond the link edge of a triangle of the star, where it has other values.
+        let other = |c: Corner, beyond: Corner| {
+            let is_alike = || self.are_alike(self.wedges.of(beyond), self.wedges.of(c), &self.alive);
+            if beyond.is_some() && !is_alike() { beyond } else { Corner::NONE }
+        };
+        let before = |c: Corner| {
+            let o = table.opposite(c);
+            (c.prev(), other(c.prev(), if o.is_some() { o.next() } else { Corner::NONE }))
+        };
+        let behind = |c: Corner| {
+            let o = table.opposite(c);
+            (c.next(), other(c.next(), if o.is_some() { o.prev() } else { Corner::NONE }))
+        };
+        if let Site::Attach(..) = site {
+            let Some(&c) = corners.first() else { return };
+            for (corner, beyond) in [behind(c), before(c)] {
+                seats.push(Seat { corners: [corner, Corner::NONE], beyond: [beyond, Corner::NONE] });
+            }
+            return;
+        }
+        let ends = match site {
+            Site::Edge(a, b) => [a, b],
+            _ => [Vertex::NONE; 2],
+        };
+        let count = corners.len();
+        let closed = count > 0 && table.swing(corners[count - 1]).is_some();
+        for i in usize::from(!closed)..count {
+            if ends.contains(&table.vertex(corners[i].next())) {
+                continue;
+            }
+            let (x, beyond_x) = before(corners[(i + count - 1) % count]);
+            let (y, beyond_y) = behind(corners[i]);
+            seats.push(Seat { corners: [x, y], beyond: [beyond_x, beyond_y] });
+        }
+    }
+}

@@ -1,0 +1,255 @@
+//! What is coded round one vertex: its breaks, then the values of its wedges (spec §13.3).
+
+use super::column::Column;
+use super::values::{Around, ValueModels};
+use super::{Attributes, Known};
+use crate::codec::whole::WholeError;
+use crate::entropy::{Bit, BitCoder};
+use crate::limits::Budget;
+use crate::mesh::{Corner, CornerTable, Vertex};
+use crate::refine::{ProgressiveMesh, Wedges};
+
+/// Models of one column of values at corners.
+#[derive(Debug)]
+pub struct CornerModels {
+    /// Whether a wedge has the value of the one before it at its vertex; by whether that one had the value of its own predecessor.
+    same: [Bit; 2],
+    /// Whether a wedge has a value, by whether the one coded last had.
+    present: [Bit; 2],
+    last_present: bool,
+    values: ValueModels,
+}
+
+impl CornerModels {
+    pub fn new(column: &Column) -> Self {
+        let (same, present) = ([Bit::NEW; 2], [Bit::NEW; 2]);
+        Self { same, present, last_present: true, values: ValueModels::new(&column.kind) }
+    }
+
+    /// Codes the value of one wedge, the one numbered `at`, or of a row of triangles. `before` is the wedge before it at its vertex, if
+    /// there is one.
+    #[expect(clippy::too_many_arguments)]
+    pub fn code<C: BitCoder>(
+        &mut self,
+        coder: &mut C,
+        around: &Around,
+        column: &mut Column,
+        at: u32,
+        corners: &[Corner],
+        before: Option<u32>,
+        truth: Option<&[i32]>,
+    ) -> Result<(), WholeError> {
+        if let Some(before) = before {
+            let context = usize::from(column.kind.partial && !self.last_present);
+            let is_same = || column.value(before) == truth;
+            if coder.bit(&mut self.same[context], is_same) {
+                column.copy(before, at);
+                self.values.skip(column, at);
+                return Ok(());
+            }
+        }
+        if column.kind.partial {
+            let context = usize::from(self.last_present);
+            self.last_present = coder.bit(&mut self.present[context], || truth.is_some());
+            if !self.last_present {
+                column.set(at, None);
+                self.values.skip(column, at);
+                return Ok(());
+            }
+        }
+        let value = self.values.code(coder, around, column, at, corners, before, truth.unwrap_or(&[]))?;
+        column.set(at, Some(&value));
+        Ok(())
+    }
+}
+
+/// Models of what is round a vertex.
+#[derive(Debug)]
+pub struct RoundModels {
+    /// Whether a vertex has several wedges, by how many of its spokes part the wedges at their far end: none that is known to, one, more.
+    broken: [Bit; 3],
+    /// Whether a spoke parts the wedges of the vertex: by whether it does so at its far end (not known yet, no, yes), and how far the
+    /// triangles on its sides are from lying in one plane.
+    breaks: [[Bit; 3]; 3],
+    /// By column.
+    pub columns: Vec<CornerModels>,
+    spokes: Vec<bool>,
+    kept: Vec<u32>,
+}
+
+impl RoundModels {
+    pub fn new(columns: &[Column]) -> Self {
+        let columns = columns.iter().map(CornerModels::new).collect();
+        Self {
+            broken: [Bit::NEW; 3],
+            breaks: [[Bit::NEW; 3]; 3],
+            columns,
+            spokes: Vec::new(),
+            kept: Vec::new(),
+        }
+    }
+}
+
+/// A vertex to be coded round.
+#[derive(Clone, Copy, Debug)]
+pub struct Vicinity<'a> {
+    pub mesh: &'a ProgressiveMesh,
+    /// The columns that are coded: numbers, ascending.
+    pub born: &'a [usize],
+    /// Those that are known of all wedges there are.
+    pub old: &'a [usize],
+    pub is_boundary: bool,
+}
+
+impl Attributes {
+    /// Codes what is round a vertex: `corners` are those of its fan, from where it is told; they end up from the first break on. `seen`
+    /// tells of which other vertices all that is coded now is known.
+    #[expect(clippy::too_many_arguments)]
+    pub(super) fn round<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RoundModels,
+        vicinity: Vicinity,
+        corners: &mut [Corner],
+        seen: impl Fn(Vertex) -> bool,
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        let mut spokes = std::mem::take(&mut models.spokes);
+        let mut kept = std::mem::take(&mut models.kept);
+        self.breaks(models, vicinity, corners, &mut spokes, seen, coder, known);
+        let start = spokes.iter().position(|&breaks| breaks).filter(|_| !vicinity.is_boundary).unwrap_or(0);
+        corners.rotate_left(start);
+        spokes.rotate_left(start);
+        kept.clear();
+        let mut before = None;
+        let mut from = 0;
+        while from < corners.len() {
+            let run = 1 + spokes[from + 1..].iter().take_while(|&&breaks| !breaks).count();
+            let corners = &corners[from..from + run];
+            let there = self.wedges.of(corners[0]);
+            let wedge = if there == Wedges::NONE || kept.contains(&there) {
+                take_room(budget, self.wedges.count(), &self.columns)?;
+                let wedge = self.wedges.count();
+                if there != Wedges::NONE {
+                    vicinity.old.iter().for_each(|&k| self.columns[k].copy(there, wedge));
+                }
+                wedge
+            } else {
+                kept.push(there);
+                there
+            };
+            let label = if C::ENCODES { known.label(corners[0]) } else { 0 };
+            let around = Around { mesh: vicinity.mesh, wedges: &self.wedges };
+            for &k in vicinity.born {
+                let (models, column) = (&mut models.columns[k], &mut self.columns[k]);
+                models.code(coder, &around, column, wedge, corners, before, known.value(k, label))?;
+            }
+            if wedge == self.wedges.count() {
+                self.wedges.append(corners);
+            } else {
+                // There may have been several numbers for what is alike.
+                corners.iter().for_each(|&c| self.wedges.assign(c, wedge));
+            }
+            before = Some(wedge);
+            from += run;
+        }
+        (models.spokes, models.kept) = (spokes, kept);
+        Ok(())
+    }
+
+    /// Tells of each of the corners round a vertex whether the spoke before it parts it from the corner before.
+    #[expect(clippy::too_many_arguments)]
+    fn breaks<C: BitCoder, K: Known>(
+        &self,
+        models: &mut RoundModels,
+        vicinity: Vicinity,
+        corners: &[Corner],
+        spokes: &mut Vec<bool>,
+        seen: impl Fn(Vertex) -> bool,
+        coder: &mut C,
+        known: &K,
+    ) {
+        let count = corners.len();
+        let table = &vicinity.mesh.table;
+        let sides = |i: usize| [corners[(i + count - 1) % count], corners[i]];
+        let inner = usize::from(vicinity.is_boundary)..count;
+        spokes.clear();
+        spokes.resize(count, false);
+        for i in inner.clone() {
+            let [a, b] = sides(i);
+            spokes[i] = !self.are_alike(self.wedges.of(a), self.wedges.of(b), vicinity.old);
+        }
+        let is_open = |i: usize, spokes: &[bool]| !spokes[i];
+        let truth = |i: usize| {
+            let [a, b] = sides(i).map(|c| known.label(c));
+            a != b && vicinity.born.iter().any(|&k| known.value(k, a) != known.value(k, b))
+        };
+        let far = |i: usize| {
+            let [a, b] = sides(i);
+            let (a, b) = (a.prev(), b.next());
+            if !seen(table.vertex(a)) {
+                return 0;
+            }
+            let [a, b] = [a, b].map(|c| self.wedges.of(c));
+            2 - usize::from(self.are_alike(a, b, vicinity.old.iter().chain(vicinity.born)))
+        };
+        let parted = inner.clone().filter(|&i| is_open(i, spokes) && far(i) == 2).count();
+        let any = || inner.clone().any(|i| is_open(i, spokes) && truth(i));
+        if !coder.bit(&mut models.broken[parted.min(2)], any) {
+            return;
+        }
+        for i in inner.clone() {
+            if is_open(i, spokes) {
+                let [a, b] = sides(i);
+                let _ = a;
+                let context = [far(i), bend(vicinity.mesh, table.opposite(b.prev()), b.prev())];
+                spokes[i] = coder.bit(&mut models.breaks[context[0]][context[1]], || truth(i));
+            }
+        }
+    }
+}
+
+/// The corners round a vertex, from one of them on.
+pub(super) fn fan(table: &CornerTable, first: Corner) -> impl Iterator<Item = Corner> + '_ {
+    let next = move |&c: &Corner| Some(table.swing(c)).filter(|&c| c.is_some() && c != first);
+    std::iter::successors(Some(first), next)
+}
+
+/// How far two triangles are from lying in one plane, by corners that face each other: 0 within 20 degrees, 1 within 60, 2 beyond, or
+/// where there is but one.
+fn bend(mesh: &ProgressiveMesh, c: Corner, o: Corner) -> usize {
+    if c.is_none() || o.is_none() {
+        return 2;
+    }
+    let normal = |c: Corner| {
+        let [a, b, d] = mesh.table.vertices_from(c).map(|v| mesh.positions[v.index()].map(f64::from));
+        let [u, w] = [b, d].map(|p| [p[0] - a[0], p[1] - a[1], p[2] - a[2]]);
+        [u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2], u[0] * w[1] - u[1] * w[0]]
+    };
+    let dot = |x: [f64; 3], y: [f64; 3]| x[0] * y[0] + x[1] * y[1] + x[2] * y[2];
+    let [m, n] = [normal(c), normal(o)];
+    let (d, squares) = (dot(m, n), dot(m, m) * dot(n, n));
+    // Cosines 0.94 and 0.5.
+    match () {
+        _ if d > 0.0 && d * d >= 0.8836 * squares => 0,
+        _ if d > 0.0 && d * d >= 0.25 * squares => 1,
+        _ => 2,
+    }
+}
+
+/// Debits the budget for some further values of all columns, at item `k`.
+pub fn take_room(budget: &mut Budget, k: u32, columns: &[Column]) -> Result<(), WholeError> {
+    if k.is_multiple_of(AHEAD as u32) {
+        let integers: usize = columns.iter().map(|column| column.kind.integers() + 1).sum();
+        // In lists that have just been copied to ones twice as long.
+        budget.take_memory(AHEAD, 3 * 4 * (integers + 2))?;
+        budget.take_work(WORK_A_VALUE * (AHEAD * columns.len()) as u64)?;
+    }
+    Ok(())
+}
+
+/// Items that the budget is debited for at a time.
+const AHEAD: usize = 1024;
+/// Units of work for a value.
+pub(super) const WORK_A_VALUE: u64 = 16;

@@ -1,0 +1,159 @@
+//! Attributes in the replay from the base to level 0: where they are born, and behind every operation since.
+
+use super::labelling::Labelling;
+use crate::codec::attributes::{Attributes, Finest, Ground, Labelled, RefinedModels};
+use crate::codec::refinement::Inserted;
+use crate::codec::walk::Walk;
+use crate::codec::whole::WholeError;
+use crate::container::AttributeEntry;
+use crate::entropy::RangeEncoder;
+use crate::limits::Budget;
+use crate::mesh::Corner;
+use crate::refine::{Labels, ProgressiveMesh};
+
+/// The attributes of the mesh as it stands.
+#[derive(Debug)]
+pub struct Alive<'a> {
+    labelling: &'a Labelling,
+    entries: &'a [AttributeEntry],
+    /// The number of the base.
+    base: usize,
+    labels: Labels,
+    attributes: Attributes,
+    models: Option<RefinedModels>,
+    ring: Vec<Corner>,
+    /// Bits of all that has been coded.
+    pub bits: f64,
+}
+
+impl<'a> Alive<'a> {
+    /// Before the base, the number of which is `base`.
+    pub fn new(labelling: &'a Labelling, entries: &'a [AttributeEntry], base: usize) -> Self {
+        Self {
+            labelling,
+            entries,
+            base,
+            labels: labelling.base.clone(),
+            attributes: Attributes::new(entries.iter().map(AttributeEntry::kind)),
+            models: None,
+            ring: Vec::new(),
+            bits: 0.0,
+        }
+    }
+
+    /// The attributes that are alive at a level, but those that are born at level 0.
+    fn alive_at(&self, level: usize) -> Vec<usize> {
+        (0..self.entries.len()).filter(|&k| self.entries[k].birth as usize >= level.max(1)).collect()
+    }
+
+    /// Whether some are born at a level finer than the base.
+    pub fn are_born_at(&self, level: usize) -> bool {
+        level < self.base && self.entries.iter().any(|entry| entry.birth as usize == level)
+    }
+
+    /// Codes the attributes of the base. Told is the work that reading them takes.
+    pub fn base(&mut self, mesh: &ProgressiveMesh, walk: &Walk, coder: &mut RangeEncoder) -> u64 {
+        let born = self.alive_at(self.base);
+        self.bear(&born, mesh, walk, coder)
+    }
+
+    /// Codes the attributes of a keyframe of a level, the mesh as it stands.
+    pub fn keyframe(
+        &self,
+        level: usize,
+        mesh: &ProgressiveMesh,
+        walk: &Walk,
+        coder: &mut RangeEncoder,
+    ) -> u64 {
+        let mut afresh = Self::new(self.labelling, self.entries, self.base);
+        afresh.labels = self.labels.clone();
+        let born = self.alive_at(level);
+        afresh.bear(&born, mesh, walk, coder)
+    }
+
+    /// Codes those that are born at a level: the payload, and the work that reading it takes.
+    pub fn birth(&mut self, level: usize, mesh: &ProgressiveMesh) -> (Vec<u8>, u64) {
+        let born: Vec<usize> =
+            (0..self.entries.len()).filter(|&k| self.entries[k].birth as usize == level).collect();
+        let walk = Walk::new(&mesh.table, &mesh.roots);
+        let mut coder = RangeEncoder::default();
+        let work = self.bear(&born, mesh, &walk, &mut coder);
+        (coder.finish(), work)
+    }
+
+    fn bear(&mut self, born: &[usize], mesh: &ProgressiveMesh, walk: &Walk, coder: &mut RangeEncoder) -> u64 {
+        let mut budget = Budget::unlimited();
+        let before = coder.bits();
+        let known = Labelled { truth: &self.labelling.truth, labels: &self.labels, further: &[] };
+        let outcome = self.attributes.bear(Ground { mesh, walk, born }, coder, &known, &mut budget);
+        outcome.expect("a writer's numbers can be written");
+        self.bits += coder.bits() - before;
+        budget.work()
+    }
+
+    /// A segment begins.
+    pub fn begin_segment(&mut self) {
+        self.models = None;
+    }
+
+    /// Codes what an operation does to attributes.
+    pub fn refine(&mut self, mesh: &ProgressiveMesh, inserted: &Inserted, coder: &mut RangeEncoder) -> u64 {
+        let v = inserted.vertex;
+        self.labelling.apply(&mut self.labels, &mesh.table, v, &mut self.ring);
+        if self.attributes.wedges.is_empty() {
+            return 0;
+        }
+        let mut budget = Budget::unlimited();
+        let before = coder.bits();
+        let models = self.models.get_or_insert_with(|| self.attributes.models());
+        let known = Labelled { truth: &self.labelling.truth, labels: &self.labels, further: &[] };
+        let outcome =
+            self.attributes.refine(models, mesh, v, &inserted.carried(), coder, &known, &mut budget);
+        outcome.expect("a writer's numbers can be written");
+        self.bits += coder.bits() - before;
+        budget.work()
+    }
+
+    /// Codes the attributes of components that join behind the operations of a level.
+    pub fn join(
+        &mut self,
+        level: usize,
+        part: &ProgressiveMesh,
+        walk: &Walk,
+        coder: &mut RangeEncoder,
+    ) -> u64 {
+        let labels = self.labelling.birth(level);
+        let mut budget = Budget::unlimited();
+        let before = coder.bits();
+        let known = Labelled { truth: &self.labelling.truth, labels, further: &[] };
+        let outcome = self.attributes.join(part, walk, coder, &known, &mut budget);
+        outcome.expect("a writer's numbers can be written");
+        self.labels.append(labels);
+        self.bits += coder.bits() - before;
+        budget.work()
+    }
+
+    /// Codes what level 0 tells: the attributes that are born there, and those of further triangles, `further` by triangle of the input.
+    /// Returned are the payload, empty where there is nothing to tell, and the units of work that reading it takes.
+    ///
+    /// # Errors
+    /// [`WholeError`] where a number cannot be written.
+    pub fn finish(
+        &mut self,
+        finest: Finest,
+        further: impl Iterator<Item = usize>,
+    ) -> Result<(Vec<u8>, u64), WholeError> {
+        let told = |k: &usize| self.entries[*k].constant.is_none();
+        let told: Vec<usize> = (0..self.entries.len()).filter(told).collect();
+        let born: Vec<usize> = told.iter().copied().filter(|&k| self.entries[k].birth == 0).collect();
+        let further: Vec<[u32; 4]> = further.map(|t| self.labelling.of_input[t]).collect();
+        if told.is_empty() || (born.is_empty() && further.is_empty()) {
+            return Ok((Vec::new(), 0));
+        }
+        let mut coder = RangeEncoder::default();
+        let mut budget = Budget::unlimited();
+        let known = Labelled { truth: &self.labelling.truth, labels: &self.labels, further: &further };
+        self.attributes.finish(&born, finest, &mut coder, &known, &mut budget)?;
+        Ok((coder.finish(), budget.work()))
+    }
+}

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::accessor::Accessor;
 use super::column::{self, Column};
 use super::document::Document;
-use super::json::At;
+use super::json::{At, fault};
 use super::notes::Notes;
 use super::primitive::{self, POSITION, Primitive, Stored, Topology};
 use super::scene::{Instance, Scene, fraction};
@@ -175,8 +175,9 @@ impl<'d> Flat<'d> {
             let point = instance.world.point(place);
             if let Some(k) = place.iter().position(|x| !x.is_finite()) {
                 let axis = ["x", "y", "z"][k];
-                let what = format!("/primitives/{}: {axis} of vertex {v} is {}", primitive.number, place[k]);
-                return Err(super::json::fault(&format!("{}{what}", mesh.pointer), "").into());
+                let pointer =
+                    format!("{}/primitives/{}/attributes/{POSITION}", mesh.pointer, primitive.number);
+                return Err(fault(&pointer, format!("{axis} of vertex {v} is {}", place[k])));
             }
             if !point.iter().all(|x| x.is_finite()) {
                 let node = format!("/nodes/{}", instance.node);

@@ -76,7 +76,6 @@ fn there_and_back() {
         "small_texturetransform",
         "small_multiuv",
         "draco_heart",
-        "scene_gpu_instancing",
         "meshopt_pirate",
         "skin_fox_noindices",
     ] {

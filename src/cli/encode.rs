@@ -491,6 +491,7 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode scene.obj -o scene.uwm --strict
+  unweld encode scene.glb -o scene.uwm
   unweld encode scene.obj -o scene.uwm --bits uv=14,normal=8 --drop color
   unweld encode part.stl -o part.uwm --weld 0.0001 --exact
   unweld encode bunny.ply -o bunny.uwm --position-bits auto:0.0005

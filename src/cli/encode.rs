@@ -493,6 +493,7 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode scene.obj -o scene.uwm --strict
+  unweld encode scene.glb -o scene.uwm
   unweld encode scene.obj -o scene.uwm --bits uv=14,normal=8 --drop color
   unweld encode scene.obj -o scene.uwm --attribute-birth uv=base,color=0 --weight normal=2
   unweld encode part.stl -o part.uwm --weld 0.0001 --exact

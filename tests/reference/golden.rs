@@ -315,7 +315,7 @@ fn they_are_what_the_read_me_says() {
     let washed = File::read(&load("constants.uwm")).unwrap();
     assert!(washed.attributes.len() == 6 && washed.attributes.iter().all(constant));
     assert!(!washed.payload(RESIDUE, 0).is_empty() && washed.atoms.iter().all(|atom| atom.kind != 8));
-    assert_eq!(figures("born_values.uwm"), (10, 3, true, 12, 0));
+    assert_eq!(figures("born_values.uwm"), (11, 4, true, 8, 0));
     let births = |name| {
         let file = File::read(&load(name)).unwrap();
         file.attributes.iter().map(|a| a.birth).collect::<Vec<_>>()

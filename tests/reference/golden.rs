@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use unweld::codec::grid::Real;
-use unweld::encoder::{Encoder, Keyframes, Options, Preview};
+use unweld::encoder::{AttributeBirth, Encoder, Keyframes, Options, Preview};
 use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
@@ -98,15 +98,29 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
                 ..small(8, 4, 5)
             },
         ),
-        ("values.uwm", painted(), Options { keyframes: Keyframes::Every(4), ..small(10, 6, 8) }),
+        (
+            "values.uwm",
+            painted(),
+            Options { keyframes: Keyframes::Every(4), attribute_births: kept(), ..small(10, 6, 8) },
+        ),
         (
             "exact_values.uwm",
             painted(),
-            Options { exact: Some(Real::Binary32), keep_order: true, ..small(10, 6, 8) },
+            Options {
+                attribute_births: kept(),
+                exact: Some(Real::Binary32),
+                keep_order: true,
+                ..small(10, 6, 8)
+            },
         ),
         ("constants.uwm", washed(), small(10, 6, 9)),
         ("born_values.uwm", dressed(), Options { keyframes: Keyframes::Every(3), ..small(10, 8, 9) }),
     ]
+}
+
+/// Charts are kept down to the base, and parts come last.
+fn kept() -> Vec<(String, AttributeBirth)> {
+    vec![("uv".into(), AttributeBirth::Base), ("part".into(), AttributeBirth::Finest)]
 }
 
 /// The same shape with attributes of one value each.
@@ -315,13 +329,13 @@ fn they_are_what_the_read_me_says() {
     let washed = File::read(&load("constants.uwm")).unwrap();
     assert!(washed.attributes.len() == 6 && washed.attributes.iter().all(constant));
     assert!(!washed.payload(RESIDUE, 0).is_empty() && washed.atoms.iter().all(|atom| atom.kind != 8));
-    assert_eq!(figures("born_values.uwm"), (10, 3, true, 12, 0));
+    assert_eq!(figures("born_values.uwm"), (11, 4, true, 8, 0));
     let births = |name| {
         let file = File::read(&load(name)).unwrap();
         file.attributes.iter().map(|a| a.birth).collect::<Vec<_>>()
     };
     assert_eq!(births("values.uwm"), [11, 11, 11, 11, 0]);
-    assert_eq!(births("born_values.uwm"), [9, 9, 1, 9]);
+    assert_eq!(births("born_values.uwm"), [10, 10, 1, 10]);
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
     let births = File::read(&load("births.uwm")).unwrap();
     let with = (0..births.levels.len()).filter(|&j| !births.atoms_of(BIRTH, j).is_empty()).count();

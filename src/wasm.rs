@@ -10,7 +10,7 @@ mod report;
 mod surface;
 
 use crate::codec::residue::Residue;
-use crate::container::{Contents, Plan, Want, plan};
+use crate::container::{Atom, AtomKind, AttributeEntry, Contents, Plan, Want, plan};
 use crate::decoder::{Decoder, Delta, Event, Options};
 use crate::error::Result;
 use crate::mesh::Vertex;
@@ -177,7 +177,8 @@ impl Client {
         let [vertices, triangles] = self.counts();
         let triangles = triangles.saturating_sub(self.told[1]) as usize + self.rewritten.list().len();
         let attributes = self.decoder.attributes();
-        let wedges = attributes.map_or(0, |of| (of.count.saturating_sub(self.told_wedges)) as usize * (1 + of.columns.len()));
+        let wedges = attributes
+            .map_or(0, |of| (of.count.saturating_sub(self.told_wedges)) as usize * (1 + of.columns.len()));
         6 * (vertices.saturating_sub(self.told[0]) as usize + self.moved.list().len())
             + if attributes.is_some() { 6 } else { 3 } * triangles
             + wedges
@@ -264,9 +265,7 @@ impl Client {
             }
             Event::Residue => {
                 self.residue_waits = true;
-                let triangles = self.decoder.residue().is_some_and(|residue| !residue.triangles.is_empty());
-                // What is alive is told of its triangles, too, a payload later: until then nothing could be said of them.
-                if self.decoder.attributes().is_none() || !triangles {
+                if !self.residue_is_dressed() {
                     self.residue();
                 }
             }
@@ -384,6 +383,18 @@ impl Client {
         }
     }
 
+    /// Whether what is alive is told of the residue's triangles, too, a payload later: until then nothing could be said of them.
+    fn residue_is_dressed(&self) -> bool {
+        let (Some(contents), Some(attributes)) = (self.decoder.contents(), self.decoder.attributes()) else {
+            return false;
+        };
+        let mut columns = (0..).zip(&contents.attributes);
+        let is_coded = columns.any(|(k, entry)| attributes.is_born(k) && entry.constant.is_none());
+        let follows = |atom: &Atom| atom.kind == AtomKind::Attributes && atom.level == 0;
+        let triangles = self.decoder.residue().is_some_and(|residue| !residue.triangles.is_empty());
+        is_coded && triangles && contents.atoms.iter().any(follows)
+    }
+
     /// The residue becomes part of the mesh, if it waits for that.
     fn residue(&mut self) {
         if !std::mem::take(&mut self.residue_waits) {
@@ -442,7 +453,8 @@ impl Client {
             return Corners::default();
         };
         let entries = &contents.attributes;
-        let is_alive = |&k: &u32| attributes.is_born(k as usize) && entries[k as usize].birth >= level;
+        let is_there = |entry: &AttributeEntry| entry.birth >= level || entry.constant.is_some();
+        let is_alive = |&k: &u32| attributes.is_born(k as usize) && is_there(&entries[k as usize]);
         let alive: Vec<u32> = (0..entries.len() as u32).filter(is_alive).collect();
         let told = if alive == self.told_alive { [self.told_wedges, self.told[1]] } else { [0; 2] };
         let rewritten = self.rewritten.list();

@@ -489,7 +489,12 @@ fn attributes_are_those_of_the_file() {
     for mesh in meshes() {
         let mesh = dressed(mesh);
         let parts = IndexedMesh { attributes: mesh.attributes[3..].to_vec(), ..mesh.clone() };
-        for mesh in [mesh, parts] {
+        let corners = 3 * mesh.triangles.len();
+        let uniform = Attribute::new(Semantic::Color, 3, Values::U8(vec![9, 8, 7]), vec![0; corners]);
+        let mut both = mesh.clone();
+        both.attributes[2] = uniform.clone();
+        let uniform = IndexedMesh { attributes: vec![uniform], ..mesh.clone() };
+        for mesh in [mesh, parts, both, uniform] {
             let file = file(&mesh);
             for (piece, every) in [(file.len(), 1), (file.len(), 1000), (100, 3), (1, 1)] {
                 let settings = Settings { undo: true, ..Settings::default() };
@@ -499,7 +504,8 @@ fn attributes_are_those_of_the_file() {
                     client.push(bytes);
                     while client.poll().unwrap() {
                         events += 1;
-                        copy.entries = client.decoder().contents().map_or(Vec::new(), |of| of.attributes.clone());
+                        copy.entries =
+                            client.decoder().contents().map_or(Vec::new(), |of| of.attributes.clone());
                         if events % every != 0 || client.decoder().level().is_none() {
                             continue;
                         }
@@ -511,8 +517,13 @@ fn attributes_are_those_of_the_file() {
                         if !waits {
                             assert_eq!(of_copy(&copy), of_assembled(&whole), "event {events}");
                         }
-                        early += usize::from(client.decoder().level() != Some(0) && !copy.dress.alive.is_empty());
-                        anew += usize::from(changes.first_vertex > 0 && !changes.corners.vertices.is_empty() && changes.corners.first_triangle == 0);
+                        early +=
+                            usize::from(client.decoder().level() != Some(0) && !copy.dress.alive.is_empty());
+                        anew += usize::from(
+                            changes.first_vertex > 0
+                                && !changes.corners.vertices.is_empty()
+                                && changes.corners.first_triangle == 0,
+                        );
                         appended += usize::from(changes.corners.first_wedge > 0);
                     }
                 }
@@ -521,7 +532,11 @@ fn attributes_are_those_of_the_file() {
                 let mut steps = Vec::new();
                 loop {
                     let whole = client.decoder().assembled().unwrap();
-                    assert_eq!(of_copy(&copy), of_assembled(&whole), "pieces of {piece}, every {every} events");
+                    assert_eq!(
+                        of_copy(&copy),
+                        of_assembled(&whole),
+                        "pieces of {piece}, every {every} events"
+                    );
                     if client.coarsen().unwrap().is_none() {
                         break;
                     }

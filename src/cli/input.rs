@@ -55,7 +55,7 @@ impl Input {
             return if named || bytes.starts_with(&MAGIC[..4]) {
                 Ok(Self::Levels(Uwm::of_bytes(bytes, &name(path), reading.max_memory)?))
             } else {
-                Ok(Self::Mesh(parse(&bytes, Format::from_path(path), &name(path), reading)?))
+                Ok(Self::Mesh(parse(&bytes, path, reading)?))
             };
         }
         if named || begins_as_uwm(path)? {
@@ -145,23 +145,25 @@ pub struct Reading {
 /// # Errors
 /// Those of the medium and of the reader, with the name of the file.
 pub fn read(path: &Path, reading: Reading) -> anyhow::Result<Source> {
-    parse(&read_bytes(path)?, Format::from_path(path), &name(path), reading)
+    parse(&read_bytes(path)?, path, reading)
 }
 
-/// Reads a mesh from memory, of a format or of that which its content tells.
+/// Reads a mesh from memory; the name that it came by tells the format, or else its content.
 ///
 /// # Errors
 /// Those of the reader, with the name.
-fn parse(bytes: &[u8], format: Option<Format>, name: &str, reading: Reading) -> anyhow::Result<Source> {
+fn parse(bytes: &[u8], path: &Path, reading: Reading) -> anyhow::Result<Source> {
+    let name = name(path);
     let mut options = ReadOptions::default();
-    options.format = format;
+    options.format = Format::from_path(path);
+    options.folder = path.parent().filter(|_| !is_stream(path)).map(Path::to_owned);
     options.max_memory = reading.max_memory;
     options.force = reading.force;
     match formats::read_with(bytes, &options) {
-        Err(error @ Error::Limit { what: INFLATED_BYTES, .. }) => {
+        Err(error @ Error::Limit { what: INFLATED_BYTES | "memory in bytes", .. }) => {
             Err(anyhow!("{name}: {error} (--max-memory allows more)"))
         }
-        outcome => outcome.with_context(|| name.to_owned()),
+        outcome => outcome.with_context(|| name),
     }
 }
 

@@ -17,7 +17,7 @@ use unweld::mesh::{IndexedMesh, lattice};
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The mesh whose diagonal is 100 %: PLY, OBJ, STL or OFF, also gzip-compressed, or .uwm; - for standard input
+    /// The mesh whose diagonal is 100 %: PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or .uwm; - for standard input
     #[arg(value_name = "A")]
     a: PathBuf,
     /// The other mesh, as A; one of them may be standard input

@@ -24,7 +24,7 @@ use unweld::simplify::{self, Features, Regular, Simplified};
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The mesh (PLY, OBJ, STL or OFF, also gzip-compressed, or .uwm), - for standard input
+    /// The mesh (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or .uwm), - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// The mesh to write, .ply, .obj or .stl, - for PLY on standard output

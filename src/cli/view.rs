@@ -24,7 +24,7 @@ use unweld::render::{Picture, SOFTWARE, Up, View, render_with, write_png};
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// A .uwm file or a mesh (PLY, OBJ, STL or OFF, also gzip-compressed), - for standard input
+    /// A .uwm file or a mesh (PLY, OBJ, STL, OFF or glTF, also gzip-compressed), - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
     /// The picture to write, .png, - for standard output; where not given, it goes beside IN, to IN.png

@@ -35,7 +35,6 @@ pub(super) fn named(bytes: &[u8]) -> Option<&'static str> {
         return Some(what);
     }
     match text.first()? {
-        b'{' | b'[' if contains(text, b"\"asset\"") && contains(text, b"\"version\"") => Some("a glTF file"),
         b'{' | b'[' => Some("JSON"),
         b'<' => {
             XML.iter().find(|(element, _)| contains(text, element)).map(|(_, what)| *what).or(Some("XML"))
@@ -53,10 +52,9 @@ fn contains(bytes: &[u8], what: &[u8]) -> bool {
 const LOOKED_AT: usize = 4096;
 
 /// First bytes of files that are not text.
-const BINARY: [(&[u8], &str); 23] = [
+const BINARY: [(&[u8], &str); 22] = [
     (b"\x89UWM", "a .uwm file, which is coded already"),
     (b"DRACO", "a Draco file"),
-    (b"glTF", "a binary glTF file"),
     (b"Kaydara FBX Binary", "an FBX file"),
     (b"BLENDER", "a Blender file"),
     (b"3D Geometry File Format", "a Rhino file"),
@@ -121,8 +119,6 @@ mod tests {
             |order: fn(u16) -> [u8; 2], text: &str| text.encode_utf16().flat_map(order).collect::<Vec<u8>>();
         for (bytes, what) in [
             (b"DRACO\x02\x02\x01\x01\0\0".to_vec(), "a Draco file"),
-            (b"glTF\x02\0\0\0\x10".to_vec(), "a binary glTF file"),
-            (b"  {\"asset\": {\"version\": \"2.0\"}}".to_vec(), "a glTF file"),
             (b"{\"name\": 1}".to_vec(), "JSON"),
             (
                 b"PK\x03\x04\x14\0\0\0\x08\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\0\x10\0\0\x003D/3dmodel.model"

@@ -14,9 +14,19 @@ pub(super) struct Gathered {
 }
 
 impl Gathered {
-    /// Takes an attribute, whose values are `what`, a plural. Values that no triangle has are left out, and it is said; so is what is
-    /// beyond the most attributes that a file holds. Of several of the same semantic each is a set of its own.
+    /// Takes an attribute, as [`Gathered::keep`]. Of several of the same semantic each is a set of its own.
     pub(super) fn take(&mut self, mut attribute: Attribute, what: &str) {
+        if attribute.semantic != Semantic::Generic {
+            let same =
+                |other: &&Attribute| (other.semantic, other.domain) == (attribute.semantic, attribute.domain);
+            attribute.set = self.attributes.iter().filter(same).count() as u32;
+        }
+        self.keep(attribute, what);
+    }
+
+    /// Takes an attribute of a set that is known, whose values are `what`, a plural. Values that no triangle has are left out, and it is
+    /// said; so is what is beyond the most attributes that a file holds.
+    pub(super) fn keep(&mut self, mut attribute: Attribute, what: &str) {
         let unused = compact(&mut attribute);
         if unused > 0 {
             self.dropped.push(format!("{what} of no triangle ({unused})"));
@@ -27,11 +37,6 @@ impl Gathered {
         if self.attributes.len() == MOST {
             self.dropped.push(what.to_owned());
             return;
-        }
-        if attribute.semantic != Semantic::Generic {
-            let same =
-                |other: &&Attribute| (other.semantic, other.domain) == (attribute.semantic, attribute.domain);
-            attribute.set = self.attributes.iter().filter(same).count() as u32;
         }
         self.attributes.push(attribute);
     }

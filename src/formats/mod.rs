@@ -1,4 +1,4 @@
-//! Foreign meshes in and out: PLY, OBJ, STL and OFF; OFF is only read.
+//! Foreign meshes in and out: PLY, OBJ, STL, OFF and glTF; OFF and glTF are only read.
 //!
 //! The readers keep positions, connectivity and attributes; whatever else a file carries is named in [`Source::dropped`].
 //! They keep every vertex and every triangle, also those that make no sense as a surface: telling a manifold
@@ -11,7 +11,7 @@
 //! 1.0 GB, binary32 alone, errors without a line), OFF 2.5, binary STL 1.2 (0.9 GB; stl_io 0.11: 3.7, welded, errors without
 //! a place), text STL 8.0 (1.9 GB; stl_io: 25). off-rs 2.0 takes indices out of range and coordinates that are no numbers.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use crate::error::{Error, InputError, Place, Result};
 use crate::limits::MAX_ELEMENTS;
@@ -22,6 +22,7 @@ mod ears;
 mod fan;
 mod foreign;
 mod gather;
+mod gltf;
 mod gzip;
 mod obj;
 mod obj_dropped;
@@ -63,10 +64,12 @@ pub enum Format {
     Stl,
     /// OFF (Geomview): text and binary, points of three coordinates.
     Off,
+    /// glTF 2.0 (Khronos): binary, or text with its buffers in it or beside it.
+    Gltf,
 }
 
 impl Format {
-    /// The format a file's name tells: `.ply`, `.obj`, `.stl` or `.off`, in any case, `.gz` behind it or not.
+    /// The format a file's name tells: `.ply`, `.obj`, `.stl`, `.off`, `.glb` or `.gltf`, in any case, `.gz` behind it or not.
     pub fn from_path(path: &Path) -> Option<Self> {
         let extension = |p: &Path| p.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
         let told = match extension(path).as_deref() {
@@ -78,6 +81,7 @@ impl Format {
             "obj" => Some(Self::Obj),
             "stl" => Some(Self::Stl),
             "off" => Some(Self::Off),
+            "glb" | "gltf" => Some(Self::Gltf),
             _ => None,
         }
     }
@@ -89,16 +93,19 @@ impl Format {
             Self::Obj => "OBJ",
             Self::Stl => "STL",
             Self::Off => "OFF",
+            Self::Gltf => "glTF",
         }
     }
 
     /// The format the (inflated) content tells: PLY begins with a line `ply`; STL with `solid` (or a facet), or else its length is the
-    /// one that its number of facets asks for; OFF begins with its keyword, and OBJ, which is text, with nothing in particular.
+    /// one that its number of facets asks for; OFF begins with its keyword, glTF with its own
+    /// or with an object of JSON, and OBJ, which is text, with nothing in particular.
     pub fn sniff(bytes: &[u8]) -> Option<Self> {
         match () {
             _ if ply_header::is_ply(bytes) => Some(Self::Ply),
             _ if stl::is_stl(bytes) => Some(Self::Stl),
             _ if off::is_off(bytes) => Some(Self::Off),
+            _ if gltf::is_gltf(bytes) => Some(Self::Gltf),
             _ => text::is_text(bytes).then_some(Self::Obj),
         }
     }
@@ -141,8 +148,11 @@ pub struct ReadOptions {
     pub format: Option<Format>,
     /// The file as the user knows it, for error messages; it may be empty.
     pub name: String,
-    /// Most bytes that a gzip-compressed file may inflate to; 64 GiB by default. What is read of it takes about as much again.
+    /// Most bytes that a gzip-compressed file may inflate to, and that a glTF file's buffers and all that is read of them may take; 64 GiB by
+    /// default. What is read of a file of another kind takes about as much again.
     pub max_memory: u64,
+    /// Where the files lie that a glTF names, none of which are read where this is `None`; [`read`] takes the folder of the file.
+    pub folder: Option<PathBuf>,
     /// Whether to read what contradicts itself, as far as it can be read: a binary STL file by its length where that is not what its count of
     /// facets asks for, a text STL file whose last solid does not end. Not by default.
     pub force: bool,
@@ -150,7 +160,7 @@ pub struct ReadOptions {
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { format: None, name: String::new(), max_memory: 1 << 36, force: false }
+        Self { format: None, name: String::new(), max_memory: 1 << 36, folder: None, force: false }
     }
 }
 
@@ -162,7 +172,11 @@ impl Default for ReadOptions {
 pub fn read(path: &Path) -> Result<Source> {
     let name = path.display().to_string();
     let bytes = std::fs::read(path).map_err(|e| std::io::Error::new(e.kind(), format!("{name}: {e}")))?;
-    read_bytes(&bytes, Format::from_path(path), &name)
+    let folder = path.parent().map(Path::to_owned);
+    read_with(
+        &bytes,
+        &ReadOptions { format: Format::from_path(path), name, folder, ..ReadOptions::default() },
+    )
 }
 
 /// Reads a mesh from memory, inflating it if it is gzip-compressed. Without a `hint` the content tells the format.
@@ -199,12 +213,13 @@ fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
         return Err(whole("the file is empty").into());
     }
     let format = options.format.or_else(|| Format::sniff(bytes));
-    let unknown = || whole("the content is of no known format: PLY, OBJ, STL, OFF");
+    let unknown = || whole("the content is of no known format: PLY, OBJ, STL, OFF, glTF");
     let mut source = match format.ok_or_else(unknown)? {
         Format::Ply => ply::read(bytes, name)?,
         Format::Obj => obj::read(bytes, name, options.force)?,
         Format::Stl => stl::read(bytes, name, options.force)?,
         Format::Off => off::read(bytes, name)?,
+        Format::Gltf => gltf::read(bytes, options)?,
     };
     match source.mesh.positions.len() {
         _ if !source.mesh.triangles.is_empty() => {}
@@ -223,8 +238,9 @@ fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
 fn misnamed(bytes: &[u8], options: &ReadOptions) -> Option<InputError> {
     let place = if text::is_text(bytes) { Place::Line(1) } else { Place::Byte(0) };
     let says = |what: String| Some(InputError::new(&options.name, place, what));
-    if let Some(what) = foreign::named(bytes) {
-        return says(format!("this is {what}; PLY, OBJ, STL and OFF are read"));
+    // The parts of a glTF may look like something else.
+    if let Some(what) = foreign::named(bytes).filter(|_| !gltf::is_gltf(bytes)) {
+        return says(format!("this is {what}; PLY, OBJ, STL, OFF and glTF are read"));
     }
     // That it may be OBJ is said of all text.
     let told = Format::sniff(bytes).filter(|format| !matches!(format, Format::Obj))?;
@@ -279,7 +295,8 @@ mod tests {
         assert_eq!(told("b.ply/c.Obj.GZ"), Some(Format::Obj));
         assert_eq!((told("b.STL"), told("b.stl.gz")), (Some(Format::Stl), Some(Format::Stl)));
         assert_eq!(told("c.off"), Some(Format::Off));
-        for name in ["b.glb", "b.gz", ".ply", "ply", "b.ply/c", "b.gz.gz", ""] {
+        assert_eq!((told("c.glb"), told("c.GLTF.gz")), (Some(Format::Gltf), Some(Format::Gltf)));
+        for name in ["b.glbx", "b.gz", ".ply", "ply", "b.ply/c", "b.gz.gz", ""] {
             assert_eq!(told(name), None, "{name}");
         }
     }
@@ -302,27 +319,31 @@ mod tests {
             (b"solid \0x", None),
             (b"# c\nCOFF\n", Some(Format::Off)),
             (b"# c\nv 1 2 3\n", Some(Format::Obj)),
-            (b"glTF\x02\0\0\0", None),
+            (b"glTF\x02\0\0\0", Some(Format::Gltf)),
+            (b" {\n\"asset\": {\"version\": \"2.0\"}}", Some(Format::Gltf)),
+            (b"\xef\xbb\xbf{\"accessors\": []", Some(Format::Gltf)),
+            (b"{\"assets\": 1}", Some(Format::Obj)),
         ] {
             assert_eq!(Format::sniff(bytes), format, "{bytes:?}");
         }
-        let none = "the content is of no known format: PLY, OBJ, STL, OFF";
+        let none = "the content is of no known format: PLY, OBJ, STL, OFF, glTF";
         assert_eq!(input_error(read_bytes(b"\0\x01", None, "n")), InputError::new("n", Place::Whole, none));
         assert_eq!(read_bytes(TRIANGLE.as_bytes(), None, "").unwrap().format, Format::Obj);
     }
 
     #[test]
     fn files_of_other_kinds_are_named() {
-        let all = [None, Some(Format::Ply), Some(Format::Obj), Some(Format::Stl), Some(Format::Off)];
+        let all = [Format::Ply, Format::Obj, Format::Stl, Format::Off, Format::Gltf].map(Some);
+        let all = [&[None], &all[..]].concat();
         let long = |first: &str| [first.as_bytes(), &[b'\n'; 200]].concat();
         for (bytes, place, what) in [
             (b"DRACO\x02\x02\x01\x01\0\0 and so on, for more bytes than the header of an STL file has, which is 84".to_vec(), Place::Byte(0), "a Draco file"),
             (long("<!doctype html>"), Place::Line(1), "an HTML page"),
-            (long("{\"asset\":{\"version\":\"2.0\"}}"), Place::Line(1), "a glTF file"),
+            (long("{\"type\":\"FeatureCollection\"}"), Place::Line(1), "JSON"),
             (b"P\0K\0-\0u\0t\0f\0".to_vec(), Place::Byte(0), "text in UTF-16, not in UTF-8"),
         ] {
-            let what = format!("this is {what}; PLY, OBJ, STL and OFF are read");
-            for hint in all {
+            let what = format!("this is {what}; PLY, OBJ, STL, OFF and glTF are read");
+            for &hint in &all {
                 let expected = InputError::new("n", place, &what[..]);
                 assert_eq!(input_error(read_bytes(&bytes, hint, "n")), expected);
                 assert_eq!(input_error(read_bytes(&zipped(&bytes), hint, "n")), expected);
@@ -331,6 +352,8 @@ mod tests {
         let error =
             input_error(read_bytes(b"OFF\n3 1 0\n0 0 0 1 0 0 0 1 0 3 0 1 2\n", Some(Format::Stl), "n"));
         assert_eq!(error.to_string(), "n: line 1: this is OFF, not STL, by what it begins with");
+        let error = input_error(read_bytes(b"{\"asset\": {\"version\": \"2.0\"}}", Some(Format::Obj), "n"));
+        assert_eq!(error.to_string(), "n: line 1: this is glTF, not OBJ, by what it begins with");
         // What can be read is read, whatever it begins with.
         let odd = format!("#usda\n{TRIANGLE}");
         assert_eq!(read_bytes(odd.as_bytes(), Some(Format::Obj), "").unwrap().mesh.triangles.len(), 1);
@@ -358,7 +381,8 @@ mod tests {
             let expected = InputError::new("n", Place::Whole, what);
             assert_eq!(input_error(read_bytes(bytes, hint, "n")), expected, "{bytes:?}");
         };
-        for format in [None, Some(Format::Ply), Some(Format::Obj), Some(Format::Stl), Some(Format::Off)] {
+        let all = [Format::Ply, Format::Obj, Format::Stl, Format::Off, Format::Gltf].map(Some);
+        for format in all.into_iter().chain([None]) {
             says("the file is empty", b"", format);
             says("the file is empty", &zipped(b""), format);
         }
@@ -367,6 +391,7 @@ mod tests {
         says("no triangles", b"solid a\nendsolid a\n", None);
         says("no triangles", &[0; 84], None);
         says("no triangles", b"OFF\n0 0 0\n", None);
+        says("no triangles", b"{\"asset\": {\"version\": \"2.0\"}}", None);
         says("no triangles, only vertices (1)", b"v 1 2 3\nf 1 1\n", None);
         says("no triangles, only vertices (1)", b"OFF 1 1 0\n1 2 3\n2 0 0\n", None);
     }
@@ -424,7 +449,7 @@ mod tests {
         fn bytes_that_mean_nothing_do_no_harm(
             bytes in prop::collection::vec(any::<u8>(), 0..200),
             text in "(vt |vn |v 1 2 3 1 0 1\n|f 1/1/1 2/2/1 3//2\n|usemtl |[vf#glp\\\\ /.0-9\n\r-]|v 1 2 3\n|f 1 2 3|OFF 3 1|3 0 1 2|solid|vertex 1 2 3){0,40}",
-            format in prop::sample::select(vec![Format::Ply, Format::Obj, Format::Stl, Format::Off]),
+            format in prop::sample::select(vec![Format::Ply, Format::Obj, Format::Stl, Format::Off, Format::Gltf]),
         ) {
             let hint = Some(format);
             for bytes in [&bytes[..], text.as_bytes()] {

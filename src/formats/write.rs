@@ -24,7 +24,7 @@ pub fn unwritten(mesh: &IndexedMesh, format: Format) -> Vec<String> {
         Format::Ply => ply_write::unwritten(mesh),
         Format::Obj => obj_write::unwritten(mesh),
         Format::Stl => stl_write::unwritten(mesh),
-        Format::Off => no_place(format, mesh.attributes.iter()).into_iter().collect(),
+        Format::Off | Format::Gltf => no_place(format, mesh.attributes.iter()).into_iter().collect(),
     }
 }
 

@@ -10,7 +10,8 @@ use crate::mesh::attributes::NO_VALUE;
 /// Reads `data` as each of the formats, also by force, and as the outline of a polygon. What is accepted is a mesh, and comes
 /// back from the writers; what is read without force is read alike with it.
 pub fn fuzz_formats(data: &[u8]) {
-    for format in [None, Some(Format::Ply), Some(Format::Obj), Some(Format::Stl), Some(Format::Off)] {
+    let formats = [Format::Ply, Format::Obj, Format::Stl, Format::Off, Format::Gltf].map(Some);
+    for format in formats.into_iter().chain([None]) {
         let read = |force| {
             let options = ReadOptions { format, max_memory: MOST_INFLATED, force, ..ReadOptions::default() };
             formats::read_with(data, &options)

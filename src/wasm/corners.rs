@@ -16,7 +16,8 @@ pub struct Corners {
     pub first_triangle: u32,
     /// The first wedge told; all from it on are.
     pub first_wedge: u32,
-    /// The vertex of each of these wedges; of one that no triangle names, vertex 0. Without attributes of corners there are no wedges.
+    /// The vertex of each of these wedges; of one that no triangle names, vertex 0. Where all attributes of corners are
+    /// constant the wedges are the vertices; where there are none there are no wedges.
     pub vertices: Vec<u32>,
     /// The wedges of the triangles told, three a triangle.
     pub indices: Vec<u32>,
@@ -42,7 +43,12 @@ pub struct Dressed<'a> {
 
 impl Corners {
     /// What is new since `told`: the first wedge and the first triangle that have not been told, and triangles rewritten.
-    pub fn new(of: Dressed, alive: Vec<u32>, [first_wedge, first_triangle]: [u32; 2], rewritten: &[u32]) -> Self {
+    pub fn new(
+        of: Dressed,
+        alive: Vec<u32>,
+        [first_wedge, first_triangle]: [u32; 2],
+        rewritten: &[u32],
+    ) -> Self {
         let Dressed { mesh, surface, attributes, entries } = of;
         let slots = mesh.table.slots() as u32;
         let triangles = first_triangle..slots + surface.counts()[1];
@@ -50,7 +56,10 @@ impl Corners {
         let told = || triangles.clone().chain(rewritten.iter().copied());
         let mut corners = Self { alive, first_triangle, first_wedge, ..Self::default() };
         let columns: Vec<_> = corners.alive.iter().map(|&k| k as usize).collect();
-        if columns.iter().any(|&k| entries[k].domain == Domain::Corner) {
+        let at_corners =
+            || columns.iter().map(|&k| &entries[k]).filter(|entry| entry.domain == Domain::Corner);
+        // Of what is constant no corner tells.
+        if at_corners().any(|entry| entry.constant.is_none()) {
             corners.indices.reserve_exact(3 * triangles.len());
             corners.rewritten.reserve_exact(3 * rewritten.len());
             corners.vertices = vec![Wedges::NONE; attributes.count.saturating_sub(first_wedge) as usize];
@@ -64,16 +73,22 @@ impl Corners {
             }
             if first_triangle == 0 {
                 // On a level shown again, wedges of finer ones are nobody's.
-                let used = corners.vertices.iter().rposition(|&v| v != Wedges::NONE).map_or(0, |last| last + 1);
+                let used =
+                    corners.vertices.iter().rposition(|&v| v != Wedges::NONE).map_or(0, |last| last + 1);
                 corners.vertices.truncate(used);
             }
             corners.vertices.iter_mut().filter(|v| **v == Wedges::NONE).for_each(|v| *v = 0);
+        } else if at_corners().next().is_some() {
+            let vertices = mesh.positions.len().min(mesh.table.vertex_slots()) as u32 + surface.counts()[0];
+            corners.vertices = (first_wedge..vertices).collect();
+            corners.indices = triangles.clone().flat_map(|t| surface.triangle(mesh, t)).collect();
+            corners.rewritten = rewritten.iter().flat_map(|&t| surface.triangle(mesh, t)).collect();
         }
         let wedges = first_wedge..first_wedge + corners.vertices.len() as u32;
         for k in columns {
             let (entry, column) = (&entries[k], &attributes.columns[k]);
             let row = |t: u32| match t.checked_sub(slots) {
-                Some(further) => attributes.row_of_further(further),
+                Some(further) => attributes.further_row(further),
                 None => attributes.wedges.row(Triangle(t)),
             };
             match entry.domain {

@@ -168,9 +168,9 @@ fn what_a_compressed_file_inflates_to_is_limited_everywhere() {
 #[test]
 fn what_is_no_mesh_is_refused_at_its_place() {
     let folder = Folder::new();
-    let none = "the content is of no known format: PLY, OBJ, STL, OFF";
+    let none = "the content is of no known format: PLY, OBJ, STL, OFF, glTF";
     folder.write("model.glb", b"glTF\x02\0\0\0");
-    let glb = "byte 0: this is a binary glTF file; PLY, OBJ, STL and OFF are read";
+    let glb = "byte 8: the file ends early";
     folder.run("encode model.glb -o x.uwm").failed(1, &format!("model.glb: {glb}"));
     folder.run_with("encode - -o x.uwm", b"\0\0").failed(1, &format!("standard input: {none}"));
     folder.write("short.stl", [&[0; 80][..], &[7, 0, 0, 0], &[0; 6]].concat());

@@ -15,6 +15,9 @@ use super::residue::Whole;
 
 type Point = [i64; 3];
 
+/// Where a corner is, and for each attribute the integers of its value: nothing where it is not alive, nor where it has none.
+type Corner = (Point, Vec<Option<Vec<i32>>>);
+
 /// What a decoder shows of a file, independent of how it numbers things.
 #[derive(Debug, PartialEq)]
 pub struct Seen {
@@ -28,16 +31,17 @@ pub struct Seen {
 pub struct Shown {
     level: usize,
     errors: (f64, f64),
-    /// Triangles, each from its smallest point, sorted.
-    triangles: Vec<[Point; 3]>,
+    /// Triangles, each from its smallest corner, sorted.
+    triangles: Vec<[Corner; 3]>,
     roots: Vec<[Point; 2]>,
 }
 
 /// Sorts triangles, each turned to begin with its smallest corner.
-pub fn sorted<P: Copy + PartialOrd>(triangles: impl Iterator<Item = [P; 3]>) -> Vec<[P; 3]> {
+pub fn sorted<P: Clone + PartialOrd>(triangles: impl Iterator<Item = [P; 3]>) -> Vec<[P; 3]> {
     let order = |a: &[P; 3], b: &[P; 3]| a.partial_cmp(b).expect("no coordinate is NaN");
     let turned = |[a, b, c]: [P; 3]| {
-        [[a, b, c], [b, c, a], [c, a, b]].into_iter().min_by(order).expect("a triangle has three rotations")
+        let turns = [[a.clone(), b.clone(), c.clone()], [b.clone(), c.clone(), a.clone()], [c, a, b]];
+        turns.into_iter().min_by(order).expect("a triangle has three rotations")
     };
     let mut all: Vec<_> = triangles.map(turned).collect();
     all.sort_by(order);
@@ -91,13 +95,17 @@ fn same(ours: Result<Seen, String>, theirs: unweld::Result<Seen>, start: usize) 
 /// What the reference shows.
 pub fn by_reference(file: &File, start: usize) -> Result<Seen, String> {
     let mut levels = Vec::new();
-    let whole = decode(file, start, &mut |level, mesh| {
+    let whole = decode(file, start, &mut |level, mesh, attributes| {
         let at = |v: usize| mesh.points[v];
+        let corner = |c| -> Corner {
+            let values = attributes.integers(mesh, c).into_iter().map(Option::flatten);
+            (at(mesh.tip(c)), values.collect())
+        };
         let about = file.levels[level];
         levels.push(Shown {
             level,
             errors: (about.max_error, about.rms_error),
-            triangles: sorted(mesh.triangles().map(|t| t.map(at))),
+            triangles: sorted(mesh.triangles().map(|[x, y, z]| [(y, z), (z, x), (x, y)].map(corner))),
             roots: mesh.roots.iter().map(|&(u, w)| [at(u), at(w)]).collect(),
         });
     })?;
@@ -120,13 +128,25 @@ pub fn by_crate(bytes: &[u8], start: Option<usize>) -> unweld::Result<Seen> {
     }
     let mut levels = Vec::new();
     while let Some(event) = decoder.poll()? {
-        let Event::Level { level, max_error, rms_error } = event else { continue };
+        let errors = match event {
+            Event::Level { max_error, rms_error, .. } => (max_error, rms_error),
+            // The level is shown again, with what is born there.
+            Event::Attributes { level } if level > 0 => {
+                levels.pop().map_or((0.0, 0.0), |shown: Shown| shown.errors)
+            }
+            _ => continue,
+        };
         let mesh = decoder.mesh();
         let at = |v: unweld::mesh::Vertex| mesh.positions[v.index()].map(i64::from);
+        let level = decoder.level().expect("one has been come to") as usize;
         levels.push(Shown {
-            level: level as usize,
-            errors: (max_error, rms_error),
-            triangles: sorted(mesh.table.triangles().map(|t| mesh.table.triangle(t).map(at))),
+            level,
+            errors,
+            triangles: sorted(
+                mesh.table
+                    .triangles()
+                    .map(|t| t.corners().map(|c| (at(mesh.table.vertex(c)), integers(&decoder, c)))),
+            ),
             roots: mesh.roots.edges().iter().map(|&(u, w)| [at(u), at(w)]).collect(),
         });
     }
@@ -141,6 +161,20 @@ pub fn by_crate(bytes: &[u8], start: Option<usize>) -> unweld::Result<Seen> {
     };
     let about = assembled.attributes.iter().map(About::of).collect();
     Ok(Seen { levels, about, whole: Whole { positions: assembled.positions, triangles, values } })
+}
+
+/// The integers at a corner of a decoder's mesh.
+fn integers(decoder: &Decoder, c: unweld::mesh::Corner) -> Vec<Option<Vec<i32>>> {
+    let entries = &decoder.contents().expect("a level has been come to").attributes;
+    let Some(attributes) = decoder.attributes() else { return vec![None; entries.len()] };
+    let value = |(k, column): (usize, &unweld::codec::attributes::Column)| {
+        let at = match entries[k].domain {
+            Domain::Corner => attributes.wedges.of(c),
+            Domain::Triangle => attributes.wedges.row(c.triangle()),
+        };
+        column.value(at).filter(|_| attributes.is_born(k)).map(<[i32]>::to_vec)
+    };
+    attributes.columns.iter().enumerate().map(value).collect()
 }
 
 /// The bits of the numbers at a corner of a mesh.

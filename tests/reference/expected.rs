@@ -1,10 +1,13 @@
 //! Chapters 13.4 and 13.5: values by what is expected of them.
 
+use std::collections::BTreeMap;
+
 use super::attribute::Attribute;
-use super::attributes::{Place, cross, direction, dot, integers, minus, radius, raw32, raw64};
+use super::column::Place;
 use super::container::{Result, demand};
 use super::entropy::{Code, Model};
 use super::mix;
+use super::numbers::{cross, direction, dot, integers, minus, radius, raw32, raw64};
 
 const NORMALS: u8 = 0;
 const COORDINATES: u8 = 2;
@@ -12,16 +15,20 @@ const COORDINATES: u8 = 2;
 /// The models of an attribute's values, and what they remember.
 pub struct Values {
     residuals: Vec<Residual>,
-    costs: Vec<[i64; 3]>,
+    costs: Vec<[i64; 5]>,
     constant: bool,
     again: Model,
+    /// Whether they have told of a value, or that there is none.
+    any: bool,
     last: Vec<i32>,
     side: f64,
+    /// By wedge, the lengths of what was missing.
+    lengths: BTreeMap<usize, Vec<u32>>,
 }
 
 /// What is expected of a value.
 struct Expected {
-    ways: [Vec<i32>; 3],
+    ways: [Vec<i32>; 5],
     count: usize,
     sources: usize,
     spread: Vec<u32>,
@@ -32,12 +39,20 @@ impl Values {
         let n = integers(about);
         Self {
             residuals: (0..n).map(|_| Residual::fresh()).collect(),
-            costs: vec![[0; 3]; n],
+            costs: vec![[0; 5]; n],
             constant: true,
             again: Model::FRESH,
+            any: false,
             last: vec![0; n],
             side: 1.0,
+            lengths: BTreeMap::new(),
         }
+    }
+
+    /// A value has been told, of a wedge.
+    pub fn told(&mut self, wedge: Option<usize>, lengths: Vec<u32>) {
+        self.any = true;
+        self.lengths.extend(wedge.map(|wedge| (wedge, lengths)));
     }
 
     /// A value, and the lengths of what was missing to the one expected.
@@ -45,19 +60,17 @@ impl Values {
         &mut self,
         code: &mut Code,
         at: &Place,
-        p: Option<usize>,
+        p: Option<&Vec<i32>>,
         about: &Attribute,
-        values: &[Option<Vec<i32>>],
-        lengths: &[Vec<u32>],
     ) -> Result<(Vec<i32>, Vec<u32>)> {
         let n = integers(about);
-        if self.constant && !values.is_empty() {
+        if self.constant && self.any {
             self.constant = code.read(&mut self.again)?;
             if self.constant {
                 return Ok((self.last.clone(), vec![0; n]));
             }
         }
-        let guess = self.expect(at, p, about, values);
+        let guess = self.expect(at, p, about);
         let is_octahedral = about.quantisation == 2;
         let way = |k: usize| self.best(if is_octahedral { 0 } else { k }, guess.count);
         let mut expected: Vec<i32> = (0..n).map(|k| guess.ways[way(k)][k]).collect();
@@ -65,16 +78,16 @@ impl Values {
         if let Some(frame) = &frame {
             [expected[0], expected[1]] = frame.enter([expected[0], expected[1]]);
         }
-        let near: Vec<usize> = at
+        let near: Vec<&Vec<u32>> = at
             .corners
             .iter()
             .flat_map(|&c| [at.mesh.next(c), at.mesh.prev(c)])
-            .filter_map(|c| at.wedges.of.get(&c).copied())
+            .filter_map(|c| self.lengths.get(at.of.get(&c)?))
             .collect();
         let (mut value, mut found) = (vec![], vec![]);
         let (mut before, mut sign) = (0i32, 0);
         for k in 0..n {
-            let sum: usize = near.iter().map(|&wedge| lengths[wedge][k] as usize).sum();
+            let sum: usize = near.iter().map(|lengths| lengths[k] as usize).sum();
             let round = (2 * sum + near.len() / 2).checked_div(near.len()).unwrap_or(39).min(39);
             let spread = bits(guess.spread[k]).min(12) as usize;
             let last = if k == 0 { 39 } else { bits(before.unsigned_abs()) as usize };
@@ -103,18 +116,11 @@ impl Values {
         (0..count).min_by_key(|&w| self.costs[k][w]).expect("there is a way")
     }
 
-    fn expect(
-        &mut self,
-        at: &Place,
-        p: Option<usize>,
-        about: &Attribute,
-        values: &[Option<Vec<i32>>],
-    ) -> Expected {
-        let known = |c| at.wedges.of.get(&c).and_then(|&wedge| values[wedge].as_ref());
+    fn expect(&mut self, at: &Place, p: Option<&Vec<i32>>, about: &Attribute) -> Expected {
+        let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
         let beside = at.corners.iter().flat_map(|&c| [at.mesh.next(c), at.mesh.prev(c)]);
-        let before = p.and_then(|p| values[p].as_ref());
-        let near = beside.filter_map(known).next().or(before).unwrap_or(&self.last).clone();
-        let ways = [near.clone(), near.clone(), near];
+        let near = beside.filter_map(known).next().or(p).unwrap_or(&self.last).clone();
+        let ways = [0; 5].map(|_| near.clone());
         let guess = Expected { ways, count: 1, sources: 0, spread: vec![0; integers(about)] };
         match about.semantic {
             4 | 6 => guess,
@@ -260,7 +266,28 @@ fn normals(at: &Place, about: &Attribute, mut guess: Expected) -> Expected {
     }
     guess.count = 3;
     guess.sources = at.corners.len();
-    for ((way, s), length) in guess.ways.iter_mut().zip(s).zip(lengths) {
+    let mut s = [s[0], s[1], s[2], [0.0; 3], [0.0; 3]];
+    let mut lengths = [lengths[0], lengths[1], lengths[2], 0.0, 0.0];
+    let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
+    for &c in at.corners {
+        for value in [at.mesh.next(c), at.mesh.prev(c)].into_iter().filter_map(known) {
+            let x: Vec<f64> = match about.quantisation {
+                2 => direction(value[0].into(), value[1].into(), radius(about)).to_vec(),
+                _ => components_of(about, value),
+            };
+            s[3] = [0, 1, 2].map(|k| s[3][k] + x[k]);
+        }
+    }
+    lengths[3] = dot(s[3], s[3]).sqrt();
+    if lengths[3] > 0.0 && lengths[3].is_finite() {
+        s[4] = [0, 1, 2].map(|k| s[0][k] / lengths[0] + s[3][k] / lengths[3]);
+        lengths[4] = dot(s[4], s[4]).sqrt();
+        if lengths[4] > 0.0 {
+            guess.count = 5;
+        }
+    }
+    let count = guess.count;
+    for ((way, s), length) in guess.ways.iter_mut().zip(s).zip(lengths).take(count) {
         if about.quantisation == 2 {
             way[..2].copy_from_slice(&nearest(s, radius(about)));
         } else {
@@ -350,7 +377,8 @@ fn bits(x: u32) -> u32 {
 
 /// The models of a residual.
 struct Residual {
-    length: [Vec<[Model; 33]>; 3],
+    /// Those that have been met, by context and place.
+    length: [BTreeMap<(usize, usize), Model>; 3],
     second: [Model; 33],
     third: [[Model; 2]; 33],
     sign: [Model; 3],
@@ -360,7 +388,7 @@ struct Residual {
 impl Residual {
     fn fresh() -> Self {
         Self {
-            length: [0; 3].map(|_| vec![[Model::FRESH; 33]; 40]),
+            length: [0; 3].map(|_| BTreeMap::new()),
             second: [Model::FRESH; 33],
             third: [[Model::FRESH; 2]; 33],
             sign: [Model::FRESH; 3],
@@ -372,7 +400,8 @@ impl Residual {
         let mut n = 0;
         loop {
             let [x, y, z] = &mut self.length;
-            let models = [&mut x[contexts[0]][n], &mut y[contexts[1]][n], &mut z[contexts[2]][n]];
+            let models = [(x, 0), (y, 1), (z, 2)]
+                .map(|(models, k)| models.entry((contexts[k], n)).or_insert(Model::FRESH));
             if !mix::read(code, &mut self.weights[n], models)? {
                 break;
             }

@@ -11,13 +11,21 @@ use super::walk::{Mesh, Walk};
 
 /// The level in the payload of a base or keyframe; of this scale.
 pub fn read(payload: &[u8], level: Level, scale: Scale) -> Result<Mesh> {
-    read_payload(payload, level, scale, [0; 3])
+    read_with(payload, level, scale, &mut |_, _| Ok(()))
+}
+
+/// The same, with what reads the values behind the positions (§13).
+pub fn read_with(payload: &[u8], level: Level, scale: Scale, behind: Behind) -> Result<Mesh> {
+    read_payload(payload, level, scale, [0; 3], behind)
 }
 
 /// §7.4: components that are born.
-pub fn read_birth(payload: &[u8], level: Level, scale: Scale) -> Result<Mesh> {
-    read_payload(payload, level, scale, [0, 34, 35])
+pub fn read_birth(payload: &[u8], level: Level, scale: Scale, behind: Behind) -> Result<Mesh> {
+    read_payload(payload, level, scale, [0, 34, 35], behind)
 }
+
+/// Reads on, of this mesh.
+pub type Behind<'a> = &'a mut dyn FnMut(&mut Code, &Mesh) -> Result<()>;
 
 /// §7.4: they join the mesh, behind all that it has.
 pub fn join(mesh: &mut Mesh, born: Mesh) {
@@ -29,11 +37,18 @@ pub fn join(mesh: &mut Mesh, born: Mesh) {
     mesh.third.extend(triangles);
 }
 
-fn read_payload(payload: &[u8], level: Level, scale: Scale, first: [usize; 3]) -> Result<Mesh> {
+fn read_payload(
+    payload: &[u8],
+    level: Level,
+    scale: Scale,
+    first: [usize; 3],
+    behind: Behind,
+) -> Result<Mesh> {
     let mut fields = Fields(payload);
     let boundary = fields.varint()?;
     let mut code = Code::start(fields.0);
     let mesh = read_code(&mut code, boundary, level, scale, first)?;
+    behind(&mut code, &mesh)?;
     code.end()?;
     Ok(mesh)
 }

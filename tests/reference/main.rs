@@ -4,6 +4,7 @@
 
 mod attributes;
 mod codes;
+mod column;
 mod connectivity;
 mod container;
 mod contexts;
@@ -13,20 +14,25 @@ mod decisions;
 mod decode;
 mod entropy;
 mod expected;
+mod further;
 mod grids;
 mod keyframe;
 mod lifting;
 mod metadata;
 mod mix;
+mod numbers;
+mod operation;
 mod order;
 mod position;
 mod refinement;
 mod residue;
+mod round;
 mod symbol;
 mod table;
 mod trace;
 mod vector;
 mod walk;
+mod whole_pass;
 
 mod agree;
 mod attribute;

@@ -3,6 +3,7 @@
 use std::cell::RefCell;
 use std::collections::{HashSet, VecDeque};
 
+use super::attributes::Attributes;
 use super::codes::Codes;
 use super::container::{Atom, Result, demand};
 use super::contexts;
@@ -11,6 +12,7 @@ use super::decisions;
 use super::entropy::{Model, Tap};
 use super::extent::Extent;
 use super::lifting::Scale;
+use super::operation::{self, Site};
 use super::position::{self, Frame};
 use super::trace::Step;
 use super::vector::{Vector, dot, larger};
@@ -25,6 +27,8 @@ pub struct Models {
     coordinates: coordinates::Models,
     splits: position::Models,
     precision: [Model; 3],
+    /// §13.9; none before the first operation.
+    attributes: Option<operation::Models>,
 }
 
 impl Models {
@@ -37,6 +41,7 @@ impl Models {
             coordinates: coordinates::Models::fresh(),
             splits: position::Models::fresh(),
             precision: [Model::FRESH; 3],
+            attributes: None,
         }
     }
 }
@@ -75,13 +80,30 @@ pub fn precision_pass(
 }
 
 /// §5.3: to a level of this scale.
-pub fn level_pass(mesh: &mut Mesh, atoms: Vec<&Atom>, scale: Scale, models: &mut Models) -> Result<()> {
-    trace_pass(mesh, atoms, scale, models, None).1
+pub fn level_pass(
+    mesh: &mut Mesh,
+    attributes: &mut Attributes,
+    atoms: Vec<&Atom>,
+    scale: Scale,
+    models: &mut Models,
+) -> Result<()> {
+    trace_both(mesh, attributes, atoms, scale, models, None).1
 }
 
-/// The same; all codes may be tapped. What has been done is told even where it ends in a refusal.
+/// The same where there are no attributes; all codes may be tapped. What has been done is told even where it ends in a refusal.
 pub fn trace_pass(
     mesh: &mut Mesh,
+    atoms: Vec<&Atom>,
+    scale: Scale,
+    models: &mut Models,
+    tap: Option<&RefCell<Tap>>,
+) -> (Vec<Step>, Result<()>) {
+    trace_both(mesh, &mut Attributes::default(), atoms, scale, models, tap)
+}
+
+fn trace_both(
+    mesh: &mut Mesh,
+    attributes: &mut Attributes,
     atoms: Vec<&Atom>,
     scale: Scale,
     models: &mut Models,
@@ -91,13 +113,15 @@ pub fn trace_pass(
     let old = mesh.points.len();
     let codes = Codes::of(atoms, tap);
     let cells = mesh.points.iter().map(|point| point.map(|x| x >> scale.shift)).collect();
-    let mut pass = Pass { mesh, codes, models, scale, cells, old, by_itself: false, trace: Vec::new() };
+    let mut pass =
+        Pass { mesh, attributes, codes, models, scale, cells, old, by_itself: false, trace: Vec::new() };
     let result = pass.run(walk);
     (pass.trace, result)
 }
 
 struct Pass<'a> {
     mesh: &'a mut Mesh,
+    attributes: &'a mut Attributes,
     codes: Codes<'a>,
     models: &'a mut Models,
     scale: Scale,
@@ -157,9 +181,7 @@ impl<'a> Pass<'a> {
         let c = self.mesh.tip(k);
         let mut link = vec![(b, c), (c, a)];
         let interior = self.mesh.third.get(&o).copied();
-        self.mesh.remove([c, a, b]);
-        self.mesh.add([c, a, v]);
-        self.mesh.add([c, v, b]);
+        self.replace([c, a, b], &[[c, a, v], [c, v, b]]);
         if let Some(d) = interior {
             if self.scale.factor > 0 && !outline.contains(&a) && !outline.contains(&b) {
                 let by = self.scale.lift([a, b, c, d, v].map(|w| self.mesh.points[w]));
@@ -167,14 +189,13 @@ impl<'a> Pass<'a> {
                     self.mesh.points[w] = self.scale.moved(self.mesh.points[w], by)?;
                 }
             }
-            self.mesh.remove([d, b, a]);
-            self.mesh.add([d, b, v]);
-            self.mesh.add([d, v, a]);
+            self.replace([d, b, a], &[[d, b, v], [d, v, a]]);
             link.extend([(a, d), (d, b)]);
         }
         let mut destroyed = vec![(a, b)];
         self.flips(v, link, &mut destroyed)?;
         self.mesh.mend_root(v, &destroyed);
+        self.values(v, Site::Split(k))?;
         self.codes.item(if interior.is_some() { 2 } else { 1 })
     }
 
@@ -202,9 +223,8 @@ impl<'a> Pass<'a> {
             self.trace.push(Step::Flip((p, q), r, context, yes));
             if yes {
                 self.mesh.remove([v, p, q]);
-                self.mesh.remove([r, q, p]);
-                self.mesh.add([v, p, r]);
-                self.mesh.add([v, r, q]);
+                self.attributes.take([v, p, q]);
+                self.replace([r, q, p], &[[v, p, r], [v, r, q]]);
                 destroyed.push((p, q));
                 queue.extend([(p, r), (r, q)]);
                 ring.push(r);
@@ -229,10 +249,8 @@ impl<'a> Pass<'a> {
         let size = larger(dot(to_y, to_y), dot(to_z, to_z)).sqrt();
         let cell = position::near(start, (to_y + to_z) * (1.0 / 3.0), size, &mut self.reader().0)?;
         let v = self.vertex(cell, x);
-        self.mesh.remove([x, y, z]);
-        for (a, b) in [(x, y), (y, z), (z, x)] {
-            self.mesh.add([a, b, v]);
-        }
+        self.replace([x, y, z], &[[x, y, v], [y, z, v], [z, x, v]]);
+        self.values(v, Site::Face([x, y, z]))?;
         self.codes.item(2)
     }
 
@@ -252,7 +270,26 @@ impl<'a> Pass<'a> {
         let cell = position::near(start, edge * 0.5, dot(edge, edge).sqrt(), &mut self.reader().0)?;
         let v = self.vertex(cell, a);
         self.mesh.add([b, a, v]);
+        self.attributes.give([b, a, v], &self.attributes.at(self.mesh.triangle((a, b))));
+        self.values(v, Site::Attach((a, b)))?;
         self.codes.item(1)
+    }
+
+    /// Triangles for one, which have what it had.
+    fn replace(&mut self, old: [usize; 3], new: &[[usize; 3]]) {
+        self.mesh.remove(old);
+        let had = self.attributes.take(old);
+        for &triangle in new {
+            self.mesh.add(triangle);
+            self.attributes.give(triangle, &had);
+        }
+    }
+
+    /// §13.9.
+    fn values(&mut self, v: usize, site: Site) -> Result<()> {
+        let fresh = || operation::Models::fresh(&self.attributes.about);
+        let models = self.models.attributes.get_or_insert_with(fresh);
+        models.read(&mut self.codes.code, self.attributes, self.mesh, v, site)
     }
 
     /// What a position is read with; the models are those of splits alone.

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::attributes::Numbers;
 use super::container::{File, RESIDUE, Result, demand, refuse};
 use super::entropy::{Code, Model, Number};
+use super::numbers::Numbers;
 use super::walk::{Mesh, Walk};
 
 /// Vertices and triangles of the whole of level 0 (§8.5), and, in the end, those of the input (§10, §11).

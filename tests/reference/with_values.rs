@@ -8,8 +8,9 @@ use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 
 use super::agree::agree;
+use super::container::{ATTRIBUTES, BASE, BIRTH, KEYFRAME, REFINEMENT};
 use super::draft::Draft;
-use super::golden::load;
+use super::golden::{components, load};
 use super::on_shapes::{every_shape, soup};
 
 /// Numbers of no pattern.
@@ -102,8 +103,11 @@ fn both_read(mesh: &IndexedMesh, options: Options) -> bool {
 fn both_ways(mesh: &IndexedMesh, seed: u64) -> [Options; 2] {
     let bits = |(k, a): (usize, &Attribute)| (a.title(), 2 + ((seed >> 7) as u32 + 5 * k as u32) % 23);
     let attribute_bits = mesh.attributes.iter().enumerate().map(bits).collect();
-    let mut options = Options { keyframes: Keyframes::Every(4), attribute_bits, ..Options::default() };
+    let mut options = Options { keyframes: Keyframes::Every(2), attribute_bits, ..Options::default() };
     options.simplify.seed = seed;
+    options.simplify.base_vertices = Some(6);
+    // Many levels of a small mesh.
+    options.simplify.level_share = 0.2;
     // Vertices in one place, and edges without a length.
     options.weld = if seed % 2 == 1 { Weld::None } else { Weld::Exact };
     let exact = Options { exact: Some(Real::Binary64), keep_order: true, ..options.clone() };
@@ -115,6 +119,40 @@ fn shapes_with_values() {
     for (k, mesh) in every_shape().into_iter().enumerate() {
         let mesh = valued(mesh, k as u64);
         for options in both_ways(&mesh, (k as u64) << 6) {
+            assert!(both_read(&mesh, options));
+        }
+    }
+}
+
+/// Two or three values that meet everywhere: runs of the same value round a vertex that others part, and that come together again where
+/// an operation takes what is between away.
+#[test]
+fn few_values() {
+    for seed in 0..16 {
+        let mut noise = Noise(seed);
+        let mut mesh =
+            [shapes::torus(9, 8), shapes::sphere(2), shapes::grid(7, 6), shapes::torus_with_hole(8, 7)]
+                [seed as usize % 4]
+                .clone();
+        let values = 2 + seed as u32 % 3;
+        // Of a triangle as a rule, else of a corner.
+        let mut corners = vec![];
+        for _ in &mesh.triangles {
+            let of_triangle = noise.next() as u32 % values;
+            corners.extend(
+                [0; 3]
+                    .map(|_| if noise.next() % 4 == 0 { noise.next() as u32 % values } else { of_triangle }),
+            );
+        }
+        let numbers = Values::U8((0..values as u8).collect());
+        mesh.attributes.push(Attribute::new(Semantic::Generic, 1, numbers, corners));
+        // What no manifold holds names one of them, or another one.
+        for _ in 0..8 {
+            let [a, b, _] = mesh.triangles[noise.next() as usize % mesh.triangles.len()];
+            mesh.triangles.push([a, b, b]);
+            mesh.attributes[0].corners.extend([0; 3].map(|_| noise.next() as u32 % values));
+        }
+        for options in both_ways(&mesh, seed) {
             assert!(both_read(&mesh, options));
         }
     }
@@ -136,22 +174,88 @@ fn no_value_anywhere() {
     }
 }
 
-/// Any byte of the payload another one, and the payload cut short: refused by both, or the same to both.
+/// Charts that seams part, soft values that part nowhere, kinds of triangles that meet somewhere.
+fn dressed(mut mesh: IndexedMesh, noise: &mut Noise) -> IndexedMesh {
+    // Further triangles, which have values like others.
+    for _ in 0..3 {
+        let [a, b, c] = mesh.triangles[noise.next() as usize % mesh.triangles.len()];
+        mesh.triangles.extend([[a, b, c], [a, b, b]]);
+    }
+    let (mut uv, mut soft, mut kinds, mut parts) = (vec![], vec![], vec![], vec![]);
+    for t in &mesh.triangles {
+        let at = t.map(|v| mesh.positions[v as usize]);
+        let middle = [0, 1, 2].map(|k| at.iter().map(|p| p[k]).sum::<f64>() / 3.0);
+        let chart = (f64::from(u8::from(middle[0] > 0.1)) + 2.0 * f64::from(u8::from(middle[1] > 0.3))) * 4.0;
+        for p in at {
+            uv.extend([(p[0] + chart) as f32, (p[1] + p[2]) as f32]);
+            soft.extend(p.map(|x| x as f32));
+        }
+        kinds.push(u8::from(middle[2] > 0.5));
+        parts.push(u32::from(middle[0] > 0.1));
+    }
+    let (n, corners) =
+        (mesh.triangles.len() as u32, (0..3 * mesh.triangles.len() as u32).collect::<Vec<_>>());
+    let kinds = Attribute::new(Semantic::Generic, 1, Values::U8(kinds), (0..n).collect());
+    mesh.attributes = vec![
+        Attribute::new(Semantic::TexCoord, 2, Values::F32(uv), corners.clone()),
+        Attribute::new(Semantic::Normal, 3, Values::F32(soft.clone()), corners.clone()),
+        Attribute::new(Semantic::Color, 3, Values::F32(soft), corners),
+        Attribute { domain: Domain::Triangle, ..kinds },
+        Attribute::parts(&parts),
+    ];
+    mesh
+}
+
+#[test]
+fn charts_and_components() {
+    let mut noise = Noise(5);
+    let shapes = [
+        shapes::sphere(2),
+        shapes::torus_with_hole(9, 8),
+        shapes::grid(7, 6),
+        shapes::handle_body(2),
+        shapes::disc_with_ears(),
+        components(),
+    ];
+    let mut between = 0;
+    for (k, mesh) in shapes.into_iter().enumerate() {
+        let mesh = dressed(mesh, &mut noise);
+        for options in both_ways(&mesh, 3 * k as u64) {
+            let bytes = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+            assert!(agree(&bytes).is_some());
+            let file = super::container::File::read(&bytes).unwrap();
+            let base = file.levels.len() as u64 - 1;
+            between += file.attributes.iter().filter(|a| (1..base).contains(&a.birth)).count();
+        }
+    }
+    assert!(between > 0, "no attribute is born between the base and level 0");
+}
+
+/// Bytes of what has values others, or the payload of level 0 cut short: refused by both, or the same to both.
 #[test]
 fn payloads_with_faults() {
     let (mut read, mut refused) = (0, 0);
-    for name in ["values.uwm", "exact_values.uwm"] {
+    for name in ["values.uwm", "born_values.uwm"] {
         let sound = Draft::of(&load(name));
-        let k = sound.atoms.iter().position(|a| a.kind == super::container::ATTRIBUTES).unwrap();
-        let length = sound.atoms[k].bytes.len();
-        for at in 0..length {
-            let mut other = sound.clone();
-            other.atoms[k].bytes[at] ^= 1 << (at % 8);
-            let mut cut = sound.clone();
-            cut.atoms[k].bytes.truncate(at + 1);
-            cut.atoms[k].length = at + 1;
-            for draft in [other, cut] {
-                *if agree(&draft.bytes()).is_some() { &mut read } else { &mut refused } += 1;
+        for (k, atom) in sound.atoms.iter().enumerate() {
+            if ![BASE, REFINEMENT, BIRTH, KEYFRAME, ATTRIBUTES].contains(&atom.kind) {
+                continue;
+            }
+            // A few of them: there are four ways in.
+            let step = if atom.kind == ATTRIBUTES { 1 } else { 4 };
+            for at in (k % step..atom.bytes.len()).step_by(step) {
+                let mut other = sound.clone();
+                other.atoms[k].bytes[at] ^= 1 << (at % 8);
+                let mut drafts = vec![other];
+                if atom.kind == ATTRIBUTES {
+                    let mut cut = sound.clone();
+                    cut.atoms[k].bytes.truncate(at + 1);
+                    cut.atoms[k].length = at + 1;
+                    drafts.push(cut);
+                }
+                for draft in drafts {
+                    *if agree(&draft.bytes()).is_some() { &mut read } else { &mut refused } += 1;
+                }
             }
         }
     }

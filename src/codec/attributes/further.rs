@@ -31,10 +31,9 @@ impl<'a, K: Known> Further<'a, K> {
         budget: &mut Budget,
     ) -> Result<Vec<[u32; 3]>, WholeError> {
         let triangles = &self.finest.residue.triangles;
+        // The wedges of a vertex of the whole, in the order in which the walk and further triangles have them.
+        let mut at = self.list_known(attributes, budget)?;
         let Attributes { columns, wedges, alive, count, .. } = attributes;
-        // The wedges of a vertex of the whole, in the order in which they came.
-        let mut at: HashMap<u32, Vec<u32>> = HashMap::new();
-        self.list_known(wedges, &mut at, budget)?;
         let mut choice = NumberModel::default();
         let (mut coded, mut last) = (Vec::new(), None);
         for (t, triangle) in triangles.iter().enumerate() {
@@ -74,51 +73,47 @@ impl<'a, K: Known> Further<'a, K> {
         Ok(coded)
     }
 
-    /// Lists the wedges of the vertices that further triangles have in common with the mesh.
+    /// Lists the wedges of the vertices that further triangles have in common with the mesh: of each run of alike ones round a vertex the
+    /// first, so that neither their numbers nor how many there are matter.
     fn list_known(
         &self,
-        wedges: &Wedges,
-        at: &mut HashMap<u32, Vec<u32>>,
+        attributes: &Attributes,
         budget: &mut Budget,
-    ) -> Result<(), WholeError> {
+    ) -> Result<HashMap<u32, Vec<u32>>, WholeError> {
         let Finest { mesh, tour, residue, whole, .. } = self.finest;
+        let mut at: HashMap<u32, Vec<u32>> = HashMap::new();
         if residue.triangles.is_empty() {
-            return Ok(());
+            return Ok(at);
         }
         budget.take_memory(residue.triangles.len(), BYTES_A_TRIANGLE)?;
         for &name in residue.triangles.as_flattened() {
             at.entry(whole.names[name as usize]).or_default();
         }
-        budget.take_work(4 * mesh.table.slots() as u64)?;
-        budget.take_memory(mesh.table.vertex_slots() / 8 + size_of::<usize>(), 1)?;
-        let mut seen: BitVec = BitVec::repeat(false, mesh.table.vertex_slots());
-        budget.take_memory(wedges.count() as usize / 8 + size_of::<usize>(), 1)?;
-        let mut listed: BitVec = BitVec::repeat(false, wedges.count() as usize);
-        let mut k = 0;
-        for &c in &tour.walk.triangles {
-            for first in [c.next(), c.prev(), c] {
-                let v = mesh.table.vertex(first);
-                if seen.replace(v.index(), true) {
-                    continue;
-                }
-                k += 1;
-                let Some(here) = at.get_mut(&whole.names[k - 1]) else { continue };
-                // As the whole pass goes round: wedges are numbered by how a reader has come here.
-                let first = if mesh.table.is_boundary(v) { mesh.table.corner_of(v) } else { first };
-                for wedge in fan(&mesh.table, first).map(|c| wedges.of(c)) {
-                    // A wedge is of one vertex.
-                    if !listed.replace(wedge as usize, true) {
-                        budget.take_memory(1, 3 * size_of::<u32>())?;
-                        here.push(wedge);
-                    }
-                }
+        let table = &mesh.table;
+        budget.take_work(4 * table.slots() as u64)?;
+        let seen_bytes = table.vertex_slots() / 8 + size_of::<usize>();
+        budget.take_memory(seen_bytes, 1)?;
+        let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
+        let mut names = whole.names.iter();
+        for first in tour.walk.triangles.iter().flat_map(|c| [c.next(), c.prev(), *c]) {
+            let v = table.vertex(first);
+            if seen.replace(v.index(), true) {
+                continue;
             }
+            let Some(here) = names.next().and_then(|name| at.get_mut(name)) else { continue };
+            let from = here.len();
+            let mut before = None;
+            for c in fan(table, if table.is_boundary(v) { table.corner_of(v) } else { first }) {
+                let wedge = attributes.wedges.of(c);
+                if !before.is_some_and(|before| attributes.are_alike(before, wedge, &attributes.alive)) {
+                    here.push(wedge);
+                }
+                before = Some(wedge);
+            }
+            budget.take_memory(here.len() - from, 3 * size_of::<u32>())?;
         }
-        budget.give_memory(
-            (mesh.table.vertex_slots() + wedges.count() as usize) / 8 + 2 * size_of::<usize>(),
-            1,
-        );
-        Ok(())
+        budget.give_memory(seen_bytes, 1);
+        Ok(at)
     }
 }
 

@@ -69,7 +69,9 @@ impl Attributes {
     /// Attributes of which nothing is known but their kinds.
     pub fn new(kinds: impl IntoIterator<Item = Kind>) -> Self {
         let columns: Vec<Column> = kinds.into_iter().map(Column::new).collect();
-        Self { is_born: vec![false; columns.len()], columns, ..Self::default() }
+        // What is constant is known at every level.
+        let is_born = columns.iter().map(|column| column.kind.constant.is_some()).collect();
+        Self { is_born, columns, ..Self::default() }
     }
 
     /// Whether the values of an attribute are known; it is then alive.
@@ -124,7 +126,8 @@ impl Attributes {
         known: &K,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
-        let born: Vec<usize> = (0..self.columns.len()).filter(|&k| self.is_born(k)).collect();
+        let told = |k: &usize| self.is_born(*k) && self.columns[*k].kind.constant.is_none();
+        let born: Vec<usize> = (0..self.columns.len()).filter(told).collect();
         if born.is_empty() {
             return Ok(());
         }
@@ -149,8 +152,14 @@ impl Attributes {
         self.at_corners(&born)
     }
 
+    /// Whether two wedges have the same values in some columns. Their numbers do not tell: these depend on where a decoder has set out from.
+    fn are_alike<'a>(&self, a: u32, b: u32, columns: impl IntoIterator<Item = &'a usize>) -> bool {
+        let is_same = |&k: &usize| self.columns[k].value(a) == self.columns[k].value(b);
+        a == b || columns.into_iter().all(is_same)
+    }
+
     fn at_corners(&self, columns: &[usize]) -> Vec<usize> {
-        columns.iter().copied().filter(|&k| self.columns[k].kind.domain == Domain::Corner).collect()
+        columns.iter().copied().filter(|&k| self.columns[k].kind.is_coded_at(Domain::Corner)).collect()
     }
 
     /// For each corner of each triangle of a mesh its wedge: those of its walk, and of the further triangles of `residue`.
@@ -166,16 +175,16 @@ impl Attributes {
         corners
     }
 
+    /// The row of a further triangle of level 0.
+    pub fn further_row(&self, k: u32) -> u32 {
+        self.further_row.saturating_add(k)
+    }
+
     /// For each triangle of a mesh its row, likewise.
     pub fn rows(&self, walk: &Walk, residue: &Residue) -> Vec<u32> {
         let of_walk = walk.triangles.iter().map(|c| self.wedges.row(c.triangle()));
-        let further = (0..residue.triangles.len() as u32).map(|place| self.row_of_further(place));
+        let further = (0..residue.triangles.len() as u32).map(|place| self.further_row(place));
         of_walk.chain(further).collect()
-    }
-
-    /// The row of a further triangle of level 0.
-    pub fn row_of_further(&self, place: u32) -> u32 {
-        self.further_row.saturating_add(place)
     }
 }
 

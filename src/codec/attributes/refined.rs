@@ -177,10 +177,10 @@ impl Attributes {
     fn seats(&self, mesh: &ProgressiveMesh, site: Site, corners: &[Corner], seats: &mut Vec<Seat>) {
         let table = &mesh.table;
         seats.clear();
-        // The corner at the same vertex beyond the link edge of a triangle of the star, where it has another wedge.
+        // The corner at the same vertex beyond the link edge of a triangle of the star, where it has other values.
         let other = |c: Corner, beyond: Corner| {
-            let differs = beyond.is_some() && self.wedges.of(beyond) != self.wedges.of(c);
-            if differs { beyond } else { Corner::NONE }
+            let is_alike = || self.are_alike(self.wedges.of(beyond), self.wedges.of(c), &self.alive);
+            if beyond.is_some() && !is_alike() { beyond } else { Corner::NONE }
         };
         let before = |c: Corner| {
             let o = table.opposite(c);

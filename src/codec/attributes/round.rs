@@ -147,6 +147,9 @@ impl Attributes {
             }
             if wedge == self.wedges.count() {
                 self.wedges.append(corners);
+            } else {
+                // There may have been several numbers for what is alike.
+                corners.iter().for_each(|&c| self.wedges.assign(c, wedge));
             }
             before = Some(wedge);
             from += run;
@@ -175,7 +178,7 @@ impl Attributes {
         spokes.resize(count, false);
         for i in inner.clone() {
             let [a, b] = sides(i);
-            spokes[i] = self.wedges.of(a) != self.wedges.of(b);
+            spokes[i] = !self.are_alike(self.wedges.of(a), self.wedges.of(b), vicinity.old);
         }
         let is_open = |i: usize, spokes: &[bool]| !spokes[i];
         let truth = |i: usize| {
@@ -189,7 +192,7 @@ impl Attributes {
                 return 0;
             }
             let [a, b] = [a, b].map(|c| self.wedges.of(c));
-            if a == Wedges::NONE || b == Wedges::NONE { 0 } else { 1 + usize::from(a != b) }
+            2 - usize::from(self.are_alike(a, b, vicinity.old.iter().chain(vicinity.born)))
         };
         let parted = inner.clone().filter(|&i| is_open(i, spokes) && far(i) == 2).count();
         let any = || inner.clone().any(|i| is_open(i, spokes) && truth(i));
@@ -198,9 +201,8 @@ impl Attributes {
         }
         for i in inner.clone() {
             if is_open(i, spokes) {
-                let [a, b] = sides(i);
-                let _ = a;
-                let context = [far(i), bend(vicinity.mesh, table.opposite(b.prev()), b.prev())];
+                let facing = corners[i].prev();
+                let context = [far(i), bend(vicinity.mesh, table.opposite(facing), facing)];
                 spokes[i] = coder.bit(&mut models.breaks[context[0]][context[1]], || truth(i));
             }
         }

@@ -1,0 +1,75 @@
+//! glTF 2.0 (Khronos; ISO/IEC 12113), binary (`.glb`) or text with buffers beside it or in it: what shape its scene has.
+//!
+//! A [`Document`] is the file as it is, its JSON whole, and numbers are read through its accessors. From it comes one mesh, for that is what
+//! the encoder takes: every mesh that the scene shows, as often as it does and where it does, in binary64. This flattening stands in
+//! until the format can keep a scene: then meshes will stay in coordinates of their own, each once, with nodes, materials and the rest of the JSON beside them.
+//!
+//! - Triangles of a mesh that a negative scale mirrors are turned round; normals go by the inverse transpose, tangents by the matrix, the
+//!   sign of the bitangent with the mirror. Where nodes move and scale alone, both stay bit for bit.
+//! - A skinned mesh is where its node is, as it is stored; morphs are not applied.
+//! - `_NAME` and other attributes that glTF gives no meaning are generic ones by their names. One that only some primitives have is partial.
+//! - Each primitive is a part, by the names of its mesh and material.
+
+mod accessor;
+mod column;
+mod document;
+mod draco;
+mod flatten;
+mod glb;
+mod json;
+mod meshopt;
+mod notes;
+mod primitive;
+mod scene;
+mod transform;
+mod uri;
+
+use self::document::Document;
+use self::notes::Notes;
+use self::scene::Scene;
+use super::{Coordinates, Format, ReadOptions, Source, text};
+use crate::error::{Error, Result};
+
+/// Whether the content is glTF: binary by its first bytes; text by its first object, which tells of an asset and its version.
+pub(super) fn is_gltf(bytes: &[u8]) -> bool {
+    if glb::is_glb(bytes) {
+        return true;
+    }
+    let first = &bytes[text::byte_order_mark(bytes)..];
+    let first = first[..first.len().min(LOOKED_AT)].trim_ascii_start();
+    let has = |word: &[u8]| first.windows(word.len()).any(|window| window == word);
+    // `asset` may stand at the end; other words of glTF seldom stand elsewhere.
+    first.starts_with(b"{") && WORDS.iter().any(|word| has(word))
+}
+
+/// Reads the scene of a glTF file as one mesh.
+///
+/// # Errors
+/// At the byte, the line or the JSON pointer where the file is at fault; [`Error::Limit`] beyond the memory that is allowed.
+pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+    match scene(bytes, options) {
+        Err(Error::Input(mut fault)) => {
+            fault.file.clone_from(&options.name);
+            Err(fault.into())
+        }
+        outcome => outcome,
+    }
+}
+
+fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+    let document = Document::parse(bytes, options.folder.clone(), options.max_memory)?;
+    if !options.force {
+        notes::check_required(&document.root())?;
+    }
+    let scene = Scene::new(&document)?;
+    let mut notes = Notes::default();
+    let (mesh, left_out) = flatten::flatten(&document, &scene, &mut notes)?;
+    let mut dropped = notes.in_words(&document, &scene)?;
+    dropped.extend(left_out);
+    let is_binary32 = mesh.positions.as_flattened().iter().all(|&x| f64::from(x as f32) == x);
+    let coordinates = if is_binary32 { Coordinates::Float32 } else { Coordinates::Float64 };
+    Ok(Source { mesh, format: Format::Gltf, polygons: 0, coordinates, text: false, dropped })
+}
+
+const LOOKED_AT: usize = 4096;
+const WORDS: [&[u8]; 4] = [b"\"asset\"", b"\"bufferViews\"", b"\"accessors\"", b"\"extensionsUsed\""];

@@ -1,0 +1,134 @@
+//! Chapter 13.9: what is told of attributes behind an operation.
+
+use super::attribute::Attribute;
+use super::attributes::Attributes;
+use super::column::Column;
+use super::container::Result;
+use super::entropy::{Code, Model};
+use super::round::{self, Vertex};
+use super::walk::{Edge, Mesh};
+use super::whole_pass::fan;
+
+/// The models of a segment.
+pub struct Models {
+    parts: [Model; 3],
+    part: [Model; 3],
+    second: [Model; 3],
+    beyond: Model,
+    /// Of the values of seats.
+    columns: Vec<Column>,
+    round: round::Models,
+}
+
+/// An operation that has been carried out: what it has inserted, and at what.
+#[derive(Clone, Copy)]
+pub enum Site {
+    Split(Edge),
+    Face([usize; 3]),
+    Attach(Edge),
+}
+
+/// A vertex of the link: its corners in the star, each with the one beyond.
+struct Seat(Vec<(Edge, Option<Edge>)>);
+
+impl Models {
+    pub fn fresh(about: &[Attribute]) -> Self {
+        Self {
+            parts: [Model::FRESH; 3],
+            part: [Model::FRESH; 3],
+            second: [Model::FRESH; 3],
+            beyond: Model::FRESH,
+            columns: about.iter().map(Column::fresh).collect(),
+            round: round::Models::fresh(about),
+        }
+    }
+
+    /// Of the operation that has inserted v.
+    pub fn read(
+        &mut self,
+        code: &mut Code,
+        attributes: &mut Attributes,
+        mesh: &Mesh,
+        v: usize,
+        site: Site,
+    ) -> Result<()> {
+        let told = attributes.of_corners();
+        if told.is_empty() {
+            return Ok(());
+        }
+        let (Site::Split((first, _)) | Site::Face([first, ..]) | Site::Attach((first, _))) = site;
+        // The corners at v, by the edges that leave it.
+        let mut at: Vec<Edge> = mesh.third.range((v, 0)..(v + 1, 0)).map(|(&(_, w), &y)| (w, y)).collect();
+        let start = at.iter().position(|c| c.0 == first).unwrap_or(0);
+        at.rotate_left(start);
+        let corners = fan(mesh, &at);
+        self.link(code, attributes, mesh, &told, &seats(attributes, mesh, &corners, site))?;
+        let vertex = Vertex { mesh, corners, before: &[], told: &told };
+        self.round.vertex(code, attributes, vertex, &|_| true)
+    }
+
+    fn link(
+        &mut self,
+        code: &mut Code,
+        attributes: &mut Attributes,
+        mesh: &Mesh,
+        told: &[usize],
+        seats: &[Seat],
+    ) -> Result<()> {
+        let others = |seat: &Seat| seat.0.iter().filter(|(_, beyond)| beyond.is_some()).count();
+        let several = seats.iter().filter(|seat| others(seat) > 0).count();
+        if !code.read(&mut self.parts[several.min(2)])? {
+            return Ok(());
+        }
+        for seat in seats {
+            if !code.read(&mut self.part[others(seat)])? {
+                continue;
+            }
+            let (z, beyond) = match seat.0[..] {
+                [x, y] => {
+                    let k = match [x.1, y.1].map(|beyond| beyond.is_some()) {
+                        [true, false] => 0,
+                        [false, true] => 1,
+                        _ => 2,
+                    };
+                    if code.read(&mut self.second[k])? { y } else { x }
+                }
+                _ => seat.0[0],
+            };
+            if let Some(beyond) = beyond
+                && code.read(&mut self.beyond)?
+            {
+                attributes.of.insert(z, attributes.of[&beyond]);
+                continue;
+            }
+            let (wedge, carried) = (attributes.count, attributes.of[&z]);
+            attributes.count += 1;
+            for &k in told {
+                self.columns[k].wedge(code, attributes, mesh, (k, wedge), &[z], Some(carried))?;
+            }
+            attributes.of.insert(z, wedge);
+        }
+        Ok(())
+    }
+}
+
+fn seats(attributes: &Attributes, mesh: &Mesh, corners: &[Edge], site: Site) -> Vec<Seat> {
+    let alive = attributes.of_corners();
+    let with = |c: Edge, beyond: Option<Edge>| {
+        let differs = |beyond: &Edge| !attributes.are_alike(attributes.of[&c], attributes.of[beyond], &alive);
+        (c, beyond.filter(differs))
+    };
+    let next = |c: Edge| with(mesh.next(c), mesh.opposite(c).map(|o| mesh.prev(o)));
+    let prev = |c: Edge| with(mesh.prev(c), mesh.opposite(c).map(|o| mesh.next(o)));
+    let ends = match site {
+        Site::Attach(_) => return vec![Seat(vec![next(corners[0])]), Seat(vec![prev(corners[0])])],
+        Site::Split((a, b)) => vec![a, b],
+        Site::Face(_) => vec![],
+    };
+    let k = corners.len();
+    let is_boundary = mesh.opposite(mesh.prev(corners[0])).is_none();
+    (usize::from(is_boundary)..k)
+        .filter(|&i| !ends.contains(&mesh.tip(mesh.next(corners[i]))))
+        .map(|i| Seat(vec![prev(corners[(i + k - 1) % k]), next(corners[i])]))
+        .collect()
+}

@@ -564,7 +564,7 @@ fn without_attributes_nothing_is_told_of_any() {
 }
 
 /// Files for the tests of the page, `UNWELD_BLESS=1` writes them: a globe dressed, with a triangle that is there twice, and an icosahedron with the
-/// normals of its faces.
+/// normals of its faces; and what the globe's corners have at each of its levels.
 #[test]
 fn files_for_the_page_are_what_the_encoder_writes() {
     let mut globe = shapes::sphere(2);
@@ -580,14 +580,35 @@ fn files_for_the_page_are_what_the_encoder_writes() {
     let of_faces = (0..facets.triangles.len() as u32).flat_map(|t| [t; 3]).collect();
     facets.attributes = vec![Attribute::new(Semantic::Normal, 3, Values::F32(normals), of_faces)];
     globe.part_names = ["", "", "below", "", "", "above"].map(str::to_owned).to_vec();
-    for (name, mesh) in [("globe", dressed(globe)), ("facets", facets)] {
-        let path = format!("{}/web/tests/{name}.uwm", env!("CARGO_MANIFEST_DIR"));
-        let written = file(&mesh);
+    let (globe, facets) = (file(&dressed(globe)), file(&facets));
+    let levels = levels_of(&globe).into_bytes();
+    for (name, written) in [("globe.uwm", globe), ("facets.uwm", facets), ("globe.json", levels)] {
+        let path = format!("{}/web/tests/{name}", env!("CARGO_MANIFEST_DIR"));
         if std::env::var_os("UNWELD_BLESS").is_some_and(|value| value == "1") {
             std::fs::write(&path, &written).unwrap();
         }
         assert!(std::fs::read(&path).is_ok_and(|bytes| bytes == written), "{path}: other bytes");
     }
+}
+
+/// A digest of all triangles with their values, for each level from 0 on, as JSON.
+fn levels_of(file: &[u8]) -> String {
+    let mut decoder = decode(file, Options { undo: true, ..Options::default() }).unwrap();
+    let mut digests = Vec::new();
+    loop {
+        let soup = of_assembled(&decoder.assembled().unwrap());
+        digests.push(format!("\"{:08x}\"", soup.iter().map(digest).fold(0, u32::wrapping_add)));
+        if decoder.coarsen().unwrap().is_none() {
+            return format!("[{}]\n", digests.join(", "));
+        }
+    }
+}
+
+/// Of a triangle, whichever corner comes first: the bits of its numbers in binary32.
+fn digest(triangle: &Numbers) -> u32 {
+    let bits = |k: usize| triangle[k % 3].iter().map(|&x| (f64::from_bits(x) as f32).to_bits());
+    let turned = (0..3).map(|k| (k..k + 3).flat_map(bits).collect::<Vec<_>>()).min().unwrap();
+    turned.iter().fold(0x811c_9dc5, |hash: u32, x| (hash ^ x).wrapping_mul(0x0100_0193))
 }
 
 /// The page's declaration of what it is given, which no compiler compares with ours.

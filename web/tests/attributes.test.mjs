@@ -8,6 +8,7 @@ import { decode, WorkerPool } from "../dist/unweld.js";
 import { Mirror } from "./mirror.mjs";
 
 const read = async (path) => new Uint8Array(await readFile(new URL(path, import.meta.url)));
+const digests = JSON.parse(await readFile(new URL("globe.json", import.meta.url), "utf8"));
 const [globe, facets, sphere] = await Promise.all(["globe.uwm", "facets.uwm", "../../tests/golden/sphere.uwm"].map(read));
 const pool = new WorkerPool(0);
 const test = (name, act) => run(name, { timeout: 60_000 }, act);
@@ -19,12 +20,13 @@ async function* pieces(bytes, size) {
   }
 }
 
-/** The mesh, and all attributes that were told on the way. */
-async function followed(input, options = {}) {
+/** The mesh, and all attributes that were told on the way, `look` being called for each delta. */
+async function followed(input, options = {}, look = () => {}) {
   const [mirror, told, stream] = [new Mirror(), [], decode(input, { pool, ...options })];
   for await (const delta of stream) {
     mirror.apply(delta);
     if (delta.attributes) told.push(delta.attributes);
+    look(mirror, delta);
   }
   return { mirror, told, stream };
 }
@@ -32,7 +34,8 @@ async function followed(input, options = {}) {
 const corner = (array, at, size) => [...array.subarray(size * at, size * (at + 1))];
 
 /** What the globe has at each corner follows from where that is. */
-function checkGlobe({ position, indices: triangles }, { vertices, indices, values }) {
+function checkGlobe({ position, indices: triangles, dress: { vertices, indices, values: lists } }) {
+  const values = Object.fromEntries(Object.entries(lists).map(([name, list]) => [name, Float64Array.from(list)]));
   const colorless = [];
   let seam = 0;
   for (let t = 0; 3 * t < indices.length; t++) {
@@ -63,16 +66,26 @@ function checkGlobe({ position, indices: triangles }, { vertices, indices, value
   return seam;
 }
 
-test("attributes are told once, however the file arrives", async () => {
-  for (const input of [globe, pieces(globe, 1), pieces(globe, 100)]) {
-    const { mirror, told } = await followed(input);
-    assert.equal(told.length, 1);
-    const { vertices, indices, values } = told[0];
-    assert.equal(indices.length, 3 * mirror.triangles);
+test("at each level, each corner has what the program's decoder says, however the file arrives", async () => {
+  for (const size of [globe.length, 1, 20, 300]) {
+    const [seen, firsts] = [new Map(), []];
+    const { mirror, told } = await followed(pieces(globe, size), {}, (mirror, delta) => {
+      if (delta.attributes) firsts.push(delta.attributes.firstTriangle);
+      // Byte by byte a level's own state is seen, from its last vertex to the first that moves.
+      const { level } = delta;
+      const stays = delta.levels.includes(level) || delta.changed.position.vertices.length === 0;
+      if (size === 1 && level?.vertices === mirror.vertices && stays) seen.set(level.level, mirror.dressed());
+    });
+    seen.set(0, mirror.dressed());
+    if (size === 1) assert.deepEqual([...seen.keys()].sort((a, b) => a - b), [...digests.keys()], "all levels were seen");
+    for (const [level, digest] of seen) assert.equal(digest, digests[level], `level ${level}, pieces of ${size}`);
+    if (size === 1) assert.ok(firsts.filter((first) => first > 0).length > 3, "most of it is appended");
+    const { vertices, values } = mirror.dress;
     assert.ok(vertices.length > mirror.vertices, "there is a seam");
-    const types = Object.entries(values).map(([name, array]) => [name, array.constructor.name]);
-    assert.deepEqual(types, [["uv", "Float32Array"], ["normal", "Float32Array"], ["color", "Uint8Array"], ["part", "Uint32Array"]]);
-    assert.ok(checkGlobe(mirror, told[0]) > 0, "the seam is a border of the texture");
+    const types = Object.entries(told[0].values).map(([name, array]) => [name, array.constructor.name]);
+    assert.deepEqual(types, [["uv", "Float32Array"], ["normal", "Float32Array"], ["color", "Uint8Array"], ["part", "Uint32Array"]].filter(([name]) => name in told[0].values));
+    assert.deepEqual(Object.keys(values), ["uv", "normal", "color", "part"]);
+    assert.ok(checkGlobe(mirror) > 0, "the seam is a border of the texture");
     assert.deepEqual([2, 5].map((part) => mirror.last.metadata.partNames[part]), ["below", "above"]);
     const entries = mirror.last.contents.fileAttributes.map(({ name, domain, components, type, normalised, partial }) => [name, domain, components, type, normalised, partial]);
     assert.deepEqual(entries, [
@@ -84,14 +97,14 @@ test("attributes are told once, however the file arrives", async () => {
   }
 });
 
-test("a coarser level has none, and level 0 has them again", async () => {
-  const { mirror, told, stream } = await followed(globe, { levels: true });
-  const coarse = await stream.show(2);
-  assert.equal(coarse.attributes, null);
-  mirror.apply(coarse);
-  const back = await stream.show(null);
-  mirror.apply(back);
-  assert.deepEqual(back.attributes, told[0]);
+test("a coarser level shown again has its own, and level 0 what it had", async () => {
+  const { mirror, stream } = await followed(globe, { levels: true });
+  for (const level of [2, 1, digests.length - 1, 3, null]) {
+    const delta = await stream.show(level);
+    mirror.apply(delta);
+    assert.equal(mirror.dressed(), digests[level ?? 0], `level ${level}`);
+    assert.equal(delta.attributes?.firstTriangle ?? 0, 0);
+  }
   stream.close();
 });
 
@@ -101,9 +114,9 @@ test("a file without attributes is what it was", async () => {
   assert.deepEqual(mirror.last.contents.attributes.map(({ name }) => name), ["position", "normal"]);
 });
 
-test("a stream that is left before they arrive tells none", async () => {
-  const { mirror, told } = await followed(globe, { until: { level: 1 } });
-  assert.deepEqual([told, mirror.last.complete], [[], true]);
+test("a stream that is left at a coarse level has what is alive there", async () => {
+  const { mirror } = await followed(globe, { until: { level: 1 } });
+  assert.deepEqual([mirror.dressed(), mirror.last.complete], [digests[1], true]);
   const controller = new AbortController();
   const aborted = followed(pieces(globe, 50), { signal: controller.signal });
   setTimeout(() => controller.abort(), 5);
@@ -111,8 +124,8 @@ test("a stream that is left before they arrive tells none", async () => {
 });
 
 test("an array that is handed on is whole", async () => {
-  const { told } = await followed(facets);
-  const { normal } = told[0].values;
+  const { told, mirror } = await followed(facets);
+  const { normal } = told.at(-1).values;
   assert.deepEqual([normal.byteOffset, normal.byteLength], [0, normal.buffer.byteLength]);
-  assert.equal(told[0].vertices.length, 60, "each face has wedges of its own");
+  assert.equal(mirror.dress.vertices.length, 60, "each face has wedges of its own");
 });

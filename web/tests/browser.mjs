@@ -37,6 +37,7 @@ const files = {
   "/part.uwm": { bytes: sphere.subarray(0, first.contents.levels[3].end), etag: '"1"' },
   "/rest.uwm": { bytes: sphere, etag: '"1"', rate: 500 },
   "/globe.uwm": { bytes: await readFile(local("globe.uwm")), etag: '"1"' },
+  "/dressed.uwm": { bytes: await readFile(local("globe.uwm")), etag: '"1"', rate: 1000 },
   "/slow.uwm": { bytes: sphere, rate: 100 },
   "/breaks.uwm": { bytes: sphere, etag: '"1"', breakAfter: 700 },
 };
@@ -102,7 +103,7 @@ try {
   const part = await open({ width: 1280, height: 800 }, "?src=part.uwm");
   await part.page.waitForFunction(() => document.getElementById("legend").textContent.endsWith("a prefix of the file, down to level 3"));
 
-  // Attributes: the checkerboard is there for who has texture coordinates, colours are seen, and go with a coarser level.
+  // Attributes: the checkerboard is there for who has texture coordinates, and colours are seen, at coarser levels, too.
   assert.equal(await part.page.isDisabled("#checker"), true);
   const globe = await open({ width: 1280, height: 800 }, "?src=globe.uwm");
   await globe.page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
@@ -124,12 +125,13 @@ try {
   await globe.page.fill("#level", await globe.page.getAttribute("#level", "max"));
   await look("again");
   const alike = [[0, 1], [1, 2], [2, 3], [0, 4]].map(([a, b]) => views[a] === views[b]);
-  assert.deepEqual(alike, [false, false, true, true], "a coarse level has no checkerboard, and level 0 is what it was");
+  assert.deepEqual(alike, [false, false, false, true], "a coarse level has a checkerboard, and level 0 is what it was");
   assert.deepEqual(globe.faults, []);
 
   await killed(open, shoot, { width: 1280, height: 800 }, "wide", file);
   await killed(open, shoot, { width: 390, height: 844 }, "narrow", local("../../tests/golden/torus.uwm"));
   await loader(await context.newPage());
+  await dressed(await context.newPage());
   await scene(await context.newPage());
 
   console.log(
@@ -310,4 +312,51 @@ async function loader(page) {
   assert.deepEqual([told.gone, told.slow, told.broken], [404, "enough", [80, true]]);
   assert.deepEqual(told.disposed, ["AbortError", false]);
   assert.equal(page.workers().length, 4, "two of the loader, one of another, one that others share");
+}
+
+/** At the levels of a stream that is throttled, the geometry has at each corner what the program's decoder says. */
+async function dressed(page) {
+  await prepare(page);
+  const digests = JSON.parse(await readFile(local("globe.json"), "utf8"));
+  const told = await page.evaluate(async () => {
+    const { UnweldLoader } = await import("/three.js");
+    const seen = {};
+    const hash = (numbers) => numbers.reduce((hash, x) => Math.imul(hash ^ x, 0x01000193), 0x811c9dc5 | 0) >>> 0;
+    const least = (lists) => lists.reduce((a, b) => (b.some((x, k) => x !== a[k] && b.slice(0, k).every((y, j) => y === a[j]) && x < a[k]) ? b : a));
+    const digest = ({ attributes, index, groups, contents }) => {
+      const names = contents.fileAttributes.map(({ name }) => name).filter((name) => attributes[name] || (name === "part" && groups.length));
+      const corner = (at, part) => {
+        const wedge = index.array[at];
+        const numbers = ["position", ...names].flatMap((name) => {
+          if (name === "part") return [part];
+          const { array, itemSize } = attributes[name];
+          return [...array.subarray(itemSize * wedge, itemSize * (wedge + 1))];
+        });
+        return [...new Uint32Array(new Float32Array(numbers).buffer)];
+      };
+      let sum = 0;
+      for (const { start, count, materialIndex } of groups.length ? groups : [{ start: 0, count: index.count }]) {
+        for (let at = start; at < start + count; at += 3) {
+          const corners = [0, 1, 2].map((k) => corner(at + k, materialIndex));
+          sum = (sum + hash(least([0, 1, 2].map((k) => [0, 1, 2].flatMap((j) => corners[(k + j) % 3]))))) >>> 0;
+        }
+      }
+      return sum.toString(16).padStart(8, "0");
+    };
+    const loader = new UnweldLoader();
+    loader.onChange = (geometry) => {
+      const { level, levels, changed, vertices } = geometry.last;
+      const stays = levels.includes(level) || changed.position.vertices.length === 0;
+      if (geometry.dressed && level?.vertices === vertices && level.level > 0 && stays) seen[level.level] = digest(geometry);
+    };
+    const geometry = await loader.loadAsync("dressed.uwm");
+    await geometry.complete;
+    seen[0] = digest(geometry);
+    return seen;
+  });
+  const levels = Object.keys(told);
+  assert.ok(levels.length >= 4, `levels ${levels} were seen`);
+  for (const level of levels) assert.equal(told[level], digests[level], `level ${level}`);
+  console.log(`attributes are those of the program at levels ${levels}`);
+  await page.close();
 }

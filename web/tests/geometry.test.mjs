@@ -71,61 +71,82 @@ test("what has arrived is all that is counted, at every step", async () => {
   assert.ok(steps > 12 && roomy > 0, "there is room that is not counted");
 });
 
-test("the attributes of the file make the buffers anew, by wedge; a coarser level has them by vertex", async () => {
-  const geometry = new UnweldGeometry(stream(pieces(globe, 200), { levels: true }), { morph: true });
-  const edges = new UnweldEdges(geometry);
-  let [dressings, released, told] = [0, 0, null];
-  geometry.addEventListener("dispose", () => released++);
-  geometry.addEventListener("refine", ({ delta }) => {
-    if (delta.attributes) [dressings, told] = [dressings + 1, delta.attributes];
-    assert.equal(geometry.dressed, told !== null);
-    assert.equal(edges.getAttribute("position"), geometry.getAttribute("position"));
-  });
-  await geometry.complete;
-  const check = () => {
-    const { vertices, indices, values } = told;
-    const [wedges, triangles] = [vertices.length, indices.length / 3];
-    assert.ok(wedges > geometry.vertices && triangles === geometry.triangles);
-    const named = (name) => geometry.getAttribute(name);
-    for (const name of ["position", "normal", "uv", "color"]) assert.equal(named(name).count, wedges, name);
-    assert.deepEqual([named("uv").itemSize, named("color").normalized, named("color").array.constructor], [2, true, Uint8Array]);
-    assert.ok(named("color").getX(1) <= 1, "colours are fractions");
-    for (const name of ["uv", "normal"]) assert.deepEqual(named(name).array, values[name]);
-    assert.equal(named("part"), undefined);
-    // Nothing slides.
-    assert.equal(named("from"), named("position"));
-    assert.equal(named("born"), undefined);
-    // Parts: each a run of triangles, all of them there.
-    assert.deepEqual(geometry.groups.map(({ materialIndex }) => materialIndex), [2, 5]);
-    const names = (array, t) => array.slice(3 * t, 3 * t + 3).join();
-    let next = 0;
-    for (const { start, count, materialIndex } of geometry.groups) {
-      assert.equal(start, next);
-      next += count;
-      const those = [...values.part.keys()].filter((t) => values.part[t] === materialIndex);
-      assert.deepEqual(those.map((t) => names(indices, t)), Array.from({ length: count / 3 }, (_, k) => names(geometry.index.array, start / 3 + k)));
-    }
-    assert.deepEqual([next, geometry.index.count, geometry.drawRange.count], [3 * triangles, 3 * triangles, 3 * triangles]);
-    assert.equal(geometry.bytes, wedges * (12 + 12 + 8 + 3) + 12 * triangles, "nothing by vertex is kept");
-    // Every edge of every triangle.
-    assert.equal(edges.index.count, 6 * triangles);
-    const drawn = Array.from({ length: triangles }, (_, t) => [0, 2, 4].map((k) => edges.index.array[6 * t + k]).join());
-    assert.deepEqual(drawn, Array.from({ length: triangles }, (_, t) => names(geometry.index.array, t)));
-    assert.equal(geometry.flat, false);
+/** A geometry has at each corner what was told, and triangles part by part. */
+function checkDressed(geometry, edges, mirror) {
+  const { alive, vertices } = mirror.dress ?? { alive: [], vertices: [] };
+  const files = geometry.contents.fileAttributes.filter(({ name }) => alive.includes(name));
+  const count = vertices.length || mirror.vertices;
+  const used = ["position", "from", "born", "normal", ...files.filter(({ domain }) => domain === "corner").map(({ name }) => name)];
+  assert.deepEqual(Object.keys(geometry.attributes).sort(), [...new Set(used)].sort());
+  for (const name of used) assert.equal(geometry.getAttribute(name).count, count, name);
+  assert.deepEqual([geometry.index.count, geometry.drawRange.count, edges.index.count], [3, 3, 6].map((k) => k * mirror.triangles));
+  const part = alive.includes("part") ? mirror.dress.values.part : null;
+  const order = [...Array(mirror.triangles).keys()];
+  if (part) order.sort((s, t) => part[s] - part[t] || s - t);
+  let next = 0;
+  for (const { start, count, materialIndex } of geometry.groups) {
+    assert.equal(start, next);
+    next += count;
+    assert.ok(order.slice(start / 3, next / 3).every((t) => part[t] === materialIndex));
+  }
+  if (part) assert.equal(next, 3 * mirror.triangles);
+  else assert.equal(geometry.groups.length, 0);
+  const index = geometry.index.array;
+  const at = (name, item) => {
+    const { array, itemSize } = geometry.getAttribute(name);
+    return [...array.subarray(itemSize * item, itemSize * (item + 1))];
   };
-  check();
-  assert.equal(dressings, 1);
-  const before = released;
-  told = null;
-  await geometry.show(2);
-  assert.ok(released > before, "the renderer is told to give up its buffers");
-  assert.deepEqual(Object.keys(geometry.attributes).sort(), ["born", "from", "normal", "position"]);
-  assert.deepEqual([geometry.groups, geometry.getAttribute("position").count], [[], geometry.vertices]);
-  assert.deepEqual(Object.keys(edges.attributes).sort(), ["born", "from", "position"]);
-  await geometry.show(null);
-  check();
-  assert.equal(dressings, 2);
-  geometry.dispose();
+  order.forEach((t, k) => {
+    for (let c = 0; c < 3; c++) {
+      const [wedge, v] = [index[3 * k + c], mirror.indices[3 * t + c]];
+      if (vertices.length) assert.equal(wedge, mirror.dress.indices[3 * t + c]);
+      else assert.equal(wedge, v);
+      const told = [...at("position", wedge), ...files.flatMap(({ name, domain }) => (domain === "corner" ? at(name, wedge) : [part[t]]))];
+      assert.deepEqual(told, mirror.corner(t, c));
+      if (!alive.includes("normal")) assert.deepEqual(at("normal", wedge), [...mirror.normal.subarray(3 * v, 3 * v + 3)]);
+    }
+    assert.deepEqual([0, 2, 4].map((c) => edges.index.array[6 * k + c]), [...index.subarray(3 * k, 3 * k + 3)]);
+  });
+}
+
+test("at every delta a geometry has at each corner what the file has; its buffers are made anew only where attributes are born", async () => {
+  for (const size of [1, 50, globe.length]) {
+    const geometry = new UnweldGeometry(stream(pieces(globe, size), { levels: true }), { morph: true });
+    const [edges, mirror] = [new UnweldEdges(geometry), new Mirror()];
+    let [released, births, grown, early] = [0, 0, 0, 0];
+    geometry.addEventListener("dispose", () => released++);
+    geometry.addEventListener("refine", ({ delta }) => {
+      mirror.apply(delta);
+      if (!delta.level) return;
+      checkDressed(geometry, edges, mirror);
+      assert.equal(geometry.dressed, mirror.dress !== null);
+      assert.equal(edges.getAttribute("position"), geometry.getAttribute("position"));
+      if (delta.attributes?.firstTriangle === 0) births++;
+      else if (delta.attributes) grown++;
+      if (geometry.dressed && geometry.finest > 0) early++;
+      // Who is new sets out where its vertex does.
+      const { vertices } = mirror.dress ?? { vertices: [] };
+      const from = geometry.getAttribute("from");
+      if (delta.firstVertex > 0) {
+        vertices.forEach((v, wedge) => {
+          const place = 3 * (v - delta.firstVertex);
+          if (place >= 0) assert.deepEqual([...from.array.subarray(3 * wedge, 3 * wedge + 3)], [...delta.from.subarray(place, place + 3)]);
+        });
+      }
+    });
+    await geometry.complete;
+    assert.ok(mirror.dress.vertices.length > geometry.vertices);
+    assert.deepEqual([geometry.getAttribute("uv").itemSize, geometry.getAttribute("color").normalized, geometry.getAttribute("color").array.constructor], [2, true, Uint8Array]);
+    assert.ok(geometry.getAttribute("color").getX(1) <= 1, "colours are fractions");
+    assert.deepEqual([geometry.getAttribute("part"), geometry.flat], [undefined, false]);
+    assert.deepEqual(geometry.groups.map(({ materialIndex }) => materialIndex), [2, 5]);
+    if (size === 1) assert.ok(early > 5 && grown > 5, "attributes are there before level 0, and grow");
+    // What is given back: at most twice a birth, by wedge and by vertex.
+    assert.ok(released <= 2 * births, `${released} for ${births}`);
+    for (const level of [2, 0, geometry.contents.levels.length - 1, null]) await geometry.show(level);
+    assert.ok(births >= 5, "every level shown again was checked");
+    geometry.dispose();
+  }
 });
 
 test("a geometry is flat where each triangle has one normal", async () => {

@@ -10,6 +10,8 @@ export class Mirror {
   triangles = 0;
   last = null;
   levels = [];
+  /** The attributes that are alive: names, the vertex of each wedge, the wedges of each triangle, and values by name. */
+  dress = null;
 
   apply(delta) {
     const { vertices, triangles, firstVertex, firstTriangle } = delta;
@@ -36,8 +38,61 @@ export class Mirror {
       this.indices.set(delta.rewritten.indices.subarray(3 * k, 3 * k + 3), 3 * t);
     });
     Object.assign(this, { vertices, triangles, last: delta });
+    if (all) this.dress = null;
+    if (delta.attributes) this.#wear(delta);
     this.levels.push(...delta.levels);
     assert.ok(this.indices.subarray(0, 3 * triangles).every((v) => v < vertices), "each triangle has its vertices");
+  }
+
+  #wear({ attributes, contents, triangles, firstTriangle, rewritten }) {
+    const { alive, firstTriangle: first, firstWedge, vertices, indices, values, rewritten: others } = attributes;
+    if (first === 0) this.dress = { alive, vertices: [], indices: [], values: Object.fromEntries(alive.map((name) => [name, []])) };
+    else assert.equal(first, firstTriangle, "what is told goes on where it was");
+    const { dress } = this;
+    assert.deepEqual([dress.alive, dress.vertices.length], [alive, firstWedge]);
+    dress.vertices.push(...vertices);
+    assert.ok(vertices.every((v) => v < this.vertices));
+    if (indices.length) dress.indices.splice(3 * first, Infinity, ...indices);
+    const places = first === 0 ? [] : rewritten.triangles;
+    places.forEach((t, k) => others.indices.length && dress.indices.splice(3 * t, 3, ...others.indices.subarray(3 * k, 3 * k + 3)));
+    assert.ok(dress.indices.every((wedge) => wedge < dress.vertices.length));
+    for (const { name, domain, components } of contents.fileAttributes.filter(({ name }) => alive.includes(name))) {
+      const list = dress.values[name];
+      if (domain === "triangle") {
+        list.splice(components * first, Infinity, ...values[name]);
+        places.forEach((t, k) => list.splice(components * t, components, ...others.values[name].subarray(components * k, components * (k + 1))));
+      } else list.push(...values[name]);
+      assert.equal(list.length, components * (domain === "corner" ? dress.vertices.length : triangles));
+    }
+  }
+
+  /** What a corner of a triangle has: its position, then its values in all attributes that are alive. */
+  corner(t, k) {
+    const { dress, last } = this;
+    const v = this.indices[3 * t + k];
+    const wedge = dress?.vertices.length ? dress.indices[3 * t + k] : v;
+    if (dress?.vertices.length) assert.deepEqual(this.#place(dress.vertices[wedge]), this.#place(v), "a wedge lies where its vertex does");
+    const of = last.contents.fileAttributes.filter(({ name }) => dress?.alive.includes(name));
+    const numbers = of.map(({ name, domain, components }) => {
+      const at = components * (domain === "corner" ? wedge : t);
+      return dress.values[name].slice(at, at + components);
+    });
+    return [...this.#place(v), ...numbers.flat()];
+  }
+
+  #place(v) {
+    return [...this.position.subarray(3 * v, 3 * v + 3)];
+  }
+
+  /** Digest of the triangles with all that their corners have, in any order: what `tests/client.rs` works out of the program's decoder. */
+  dressed() {
+    let sum = 0;
+    for (let t = 0; t < this.triangles; t++) {
+      const corners = [0, 1, 2].map((k) => [...new Uint32Array(new Float32Array(this.corner(t, k)).buffer)]);
+      const turned = [0, 1, 2].map((k) => [...corners[k], ...corners[(k + 1) % 3], ...corners[(k + 2) % 3]]);
+      sum = (sum + digest(turned.reduce((a, b) => (less(b, a) ? b : a)))) >>> 0;
+    }
+    return hex(sum);
   }
 
   /** Digest of the triangles as positions, in any order. */

@@ -22,8 +22,8 @@ export interface GeometryOptions {
     waits?: boolean;
 }
 /**
- * A geometry that deltas are applied to. When the attributes of the file arrive, with level 0, its buffers are made anew once, by wedge; a coarser level shown
- * after that has them by vertex again. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
+ * A geometry that deltas are applied to. From the level on at which attributes of the file are born, mostly the first that is there, its buffers are by
+ * wedge; they are made anew only then. The arrays of attributes and index have room for more than their `count` and `drawRange` tell.
  * Bounding box and sphere are those of the whole file from the first; computed anew, they are of what has arrived.
  */
 export declare class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribute>, GeometryEvents> {
@@ -35,9 +35,9 @@ export declare class UnweldGeometry extends BufferGeometry<Record<string, Buffer
     triangles: number;
     /** The finest level that has arrived, or `null` before the base has. */
     finest: number | null;
-    /** Whether it has the attributes of the file: then its buffers are by wedge, and its groups are the parts. */
+    /** Whether it has attributes of the file: then its buffers are by wedge, and its groups are the parts, once those are alive. */
     dressed: boolean;
-    /** Whether these have one normal for each triangle: then it is to be drawn with `flatShading`, at every level. */
+    /** Whether these have one normal for each triangle: then it is to be drawn with `flatShading`, at coarser levels without normals, too. */
     flat: boolean;
     /** The delta applied last. */
     last: Delta | null;

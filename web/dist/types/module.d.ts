@@ -16,8 +16,12 @@ export interface Changes {
     rewritten: Uint32Array;
     rewrittenIndices: Uint32Array;
     jump: number;
+    alive: Uint32Array;
+    firstTold: number;
+    firstWedge: number;
     wedges: Uint32Array;
     wedgeIndices: Uint32Array;
+    rewrittenWedges: Uint32Array;
     values: Uint8Array;
 }
 /** Compiles the module, once for each address. */

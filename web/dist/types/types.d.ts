@@ -50,7 +50,7 @@ export interface FileAttribute {
     readonly normalised: boolean;
     /** Whether some have no value: then the numbers are 0, of parts the largest of their type. */
     readonly partial: boolean;
-    /** The coarsest level that has it: 0. */
+    /** The coarsest level that has it: it is alive there and at all finer ones. */
     readonly level: number;
     /** Root mean square of what quantisation has lost, in the units of the values; of normals in degrees. */
     readonly error: number;
@@ -60,16 +60,30 @@ export type NumberType = "u8" | "i8" | "u16" | "i16" | "u32" | "i32" | "f32";
 /** Numbers of an attribute, in an array of their type. */
 export type Numbers = Uint8Array | Int8Array | Uint16Array | Int16Array | Uint32Array | Int32Array | Float32Array;
 /**
- * The attributes of the finest level. A wedge is a vertex with one value of each attribute at corners, what a graphics card calls a vertex: where texture
- * coordinates have a seam, a vertex has several.
+ * What is new of the attributes that are alive. A wedge is a vertex with one value of each attribute at corners, what a graphics card calls a vertex: where
+ * texture coordinates have a seam, a vertex has several. Wedges are appended; each stays with its vertex and keeps its values.
  */
 export interface Attributes {
-    /** The vertex of each wedge. */
+    /** The names of those that are alive. Where none of these is at corners there are no wedges. */
+    readonly alive: readonly string[];
+    /**
+     * The first triangle told, and all from it on. Where it is 0 everything is new, wedges too: attributes are born, or all of the mesh is new. Else it is
+     * `Delta.firstTriangle`.
+     */
+    readonly firstTriangle: number;
+    /** The first wedge told, and all from it on. */
+    readonly firstWedge: number;
+    /** The vertex of each wedge told. */
     readonly vertices: Uint32Array;
-    /** The wedges of all triangles, three a triangle, as `Delta.indices` has their vertices. */
+    /** The wedges of the triangles told, three a triangle. */
     readonly indices: Uint32Array;
-    /** By the names of `contents.fileAttributes`: values by wedge, or by triangle. */
+    /** By name, values of the wedges told, or of the triangles told. */
     readonly values: Readonly<Record<string, Numbers>>;
+    /** Of the triangles in `Delta.rewritten` the wedges, and by name the values of triangles; nothing where everything is new. */
+    readonly rewritten: {
+        readonly indices: Uint32Array;
+        readonly values: Readonly<Record<string, Numbers>>;
+    };
 }
 /** A level of detail. */
 export interface Level {
@@ -116,7 +130,7 @@ export interface Delta {
         readonly triangles: Uint32Array;
         readonly indices: Uint32Array;
     };
-    /** The file's attributes, told once: when they are there, after level 0, and again where everything is new. Else `null`. */
+    /** What is new of the file's attributes, or `null`. Where `firstVertex` is 0 there are none but these. */
     readonly attributes: Attributes | null;
     /** What the file holds. */
     readonly contents: Contents;

@@ -3,7 +3,7 @@
 use unweld::codec::grid::Real;
 use unweld::container::{AttributeEntry, Level, Measure, Want, parse_contents};
 use unweld::decoder::{Options, decode};
-use unweld::encoder::{Encoder, Keyframes, Options as Encoding, Preview};
+use unweld::encoder::{AttributeBirth, Encoder, Keyframes, Options as Encoding, Preview};
 use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
 use unweld::mesh::distance::{Sampling, surface_distances};
 use unweld::mesh::{IndexedMesh, shapes};
@@ -393,7 +393,11 @@ fn turn(x: f64, y: f64) -> f64 {
 }
 
 /// Texture coordinates with a seam along x = 0, y < 0, unit normals, colours and parts, all by position; without colours on some triangles.
-fn dressed(mut mesh: IndexedMesh) -> IndexedMesh {
+fn dressed(mesh: IndexedMesh) -> IndexedMesh {
+    dressed_but(mesh, |t| t % 7 == 3)
+}
+
+fn dressed_but(mut mesh: IndexedMesh, is_bare: impl Fn(u32) -> bool) -> IndexedMesh {
     let of_corner = |triangle: &[u32; 3], k: usize| {
         let [x, y, z] = mesh.positions[triangle[k] as usize];
         let [u, wraps] = [turn(x, y), f64::from(y < 0.0)];
@@ -408,7 +412,7 @@ fn dressed(mut mesh: IndexedMesh) -> IndexedMesh {
         p.map(|x| x / length)
     });
     let colors = corners.iter().flat_map(|&(_, p)| p.map(|x| (127.5 + 127.5 * x).clamp(0.0, 255.0) as u8));
-    let some = |c: u32| if c / 3 % 7 == 3 { NO_VALUE } else { c };
+    let some = |c: u32| if is_bare(c / 3) { NO_VALUE } else { c };
     let parts: Vec<u32> =
         corners.chunks_exact(3).map(|t| if t.iter().all(|(_, p)| p[2] >= 0.0) { 5 } else { 2 }).collect();
     let all = numbers(corners.len());
@@ -567,7 +571,7 @@ fn without_attributes_nothing_is_told_of_any() {
 /// normals of its faces; and what the globe's corners have at each of its levels.
 #[test]
 fn files_for_the_page_are_what_the_encoder_writes() {
-    let mut globe = shapes::sphere(2);
+    let mut globe = shapes::sphere(3);
     globe.triangles.push(globe.triangles[9]);
     let mut facets = shapes::sphere(0);
     let normal = |t: &[u32; 3]| {
@@ -580,7 +584,11 @@ fn files_for_the_page_are_what_the_encoder_writes() {
     let of_faces = (0..facets.triangles.len() as u32).flat_map(|t| [t; 3]).collect();
     facets.attributes = vec![Attribute::new(Semantic::Normal, 3, Values::F32(normals), of_faces)];
     globe.part_names = ["", "", "below", "", "", "above"].map(str::to_owned).to_vec();
-    let (globe, facets) = (file(&dressed(globe)), file(&facets));
+    // Colours are born in the end, all others before.
+    let births = vec![("color".to_owned(), AttributeBirth::Finest)];
+    let late = Encoding { position_bits: 12, attribute_births: births, ..Encoding::default() };
+    let globe = Encoder::new(late).encode_to_vec(&dressed_but(globe, |t| t < 100)).unwrap();
+    let facets = file(&facets);
     let levels = levels_of(&globe).into_bytes();
     for (name, written) in [("globe.uwm", globe), ("facets.uwm", facets), ("globe.json", levels)] {
         let path = format!("{}/web/tests/{name}", env!("CARGO_MANIFEST_DIR"));

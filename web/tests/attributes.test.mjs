@@ -79,7 +79,7 @@ test("at each level, each corner has what the program's decoder says, however th
     seen.set(0, mirror.dressed());
     if (size === 1) assert.deepEqual([...seen.keys()].sort((a, b) => a - b), [...digests.keys()], "all levels were seen");
     for (const [level, digest] of seen) assert.equal(digest, digests[level], `level ${level}, pieces of ${size}`);
-    if (size === 1) assert.ok(firsts.filter((first) => first > 0).length > 3, "most of it is appended");
+    if (size === 1) assert.ok(firsts.filter((first) => first > 0).length >= 4, "most of it is appended");
     const { vertices, values } = mirror.dress;
     assert.ok(vertices.length > mirror.vertices, "there is a seam");
     const types = Object.entries(told[0].values).map(([name, array]) => [name, array.constructor.name]);

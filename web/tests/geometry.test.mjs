@@ -140,7 +140,7 @@ test("at every delta a geometry has at each corner what the file has; its buffer
     assert.ok(geometry.getAttribute("color").getX(1) <= 1, "colours are fractions");
     assert.deepEqual([geometry.getAttribute("part"), geometry.flat], [undefined, false]);
     assert.deepEqual(geometry.groups.map(({ materialIndex }) => materialIndex), [2, 5]);
-    if (size === 1) assert.ok(early > 5 && grown > 5, "attributes are there before level 0, and grow");
+    if (size === 1) assert.ok(early >= 4 && grown >= 4, "attributes are there before level 0, and grow");
     // What is given back: at most twice a birth, by wedge and by vertex.
     assert.ok(released <= 2 * births, `${released} for ${births}`);
     for (const level of [2, 0, geometry.contents.levels.length - 1, null]) await geometry.show(level);

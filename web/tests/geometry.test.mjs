@@ -117,12 +117,12 @@ test("at every delta a geometry has at each corner what the file has; its buffer
     geometry.addEventListener("dispose", () => released++);
     geometry.addEventListener("refine", ({ delta }) => {
       mirror.apply(delta);
+      if (delta.attributes?.firstTriangle === 0) births++;
+      else if (delta.attributes) grown++;
       if (!delta.level) return;
       checkDressed(geometry, edges, mirror);
       assert.equal(geometry.dressed, mirror.dress !== null);
       assert.equal(edges.getAttribute("position"), geometry.getAttribute("position"));
-      if (delta.attributes?.firstTriangle === 0) births++;
-      else if (delta.attributes) grown++;
       if (geometry.dressed && geometry.finest > 0) early++;
       // Who is new sets out where its vertex does.
       const { vertices } = mirror.dress ?? { vertices: [] };

@@ -1,9 +1,10 @@
 // A geometry that grows in place, and its edges.
 
 import { BufferAttribute, BufferGeometry, Box3, Sphere, type TypedArray, Vector3 } from "three";
-import type { Attributes, Contents, Delta, FileAttribute, Level, MeshStream, Until } from "./unweld.js";
 import { ARRAYS } from "./attributes.js";
-import { isFlat, Parts, Wedges } from "./wedges.js";
+import { Parts } from "./parts.js";
+import type { Attributes, Contents, Delta, FileAttribute, Level, MeshStream, Until } from "./unweld.js";
+import { isFlat, Wedges } from "./wedges.js";
 
 /** What `UnweldGeometry` dispatches when it has changed. */
 export interface RefineEvent {

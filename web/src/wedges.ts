@@ -1,7 +1,5 @@
 // What a geometry by wedge keeps beside its buffers: which wedges a vertex has.
 
-import type { Numbers } from "./unweld.js";
-
 /** Wedges by vertex. They are appended; each stays with its vertex. */
 export class Wedges {
   count = 0;
@@ -60,60 +58,10 @@ export function isFlat(normals: ArrayLike<number>, indices: ArrayLike<number>, t
   return true;
 }
 
-/** Indices of one part. */
-export interface Group {
-  readonly part: number;
-  readonly start: number;
-  readonly count: number;
-}
-
-/** Triangles by number and their parts, where an index has them part by part. */
-export class Parts {
-  triangles = new Uint32Array(0);
-  #numbers = new Float64Array(0);
-
-  /** Triangles from `first` on are these, and of these parts. */
-  append(first: number, indices: ArrayLike<number>, parts: Numbers): void {
-    this.triangles = grown(this.triangles, 3 * first + indices.length);
-    this.#numbers = grown(this.#numbers, first + parts.length);
-    this.triangles.set(indices, 3 * first);
-    this.#numbers.set(parts, first);
-  }
-
-  /** Single triangles have others. */
-  rewrite(triangles: Uint32Array, indices: Uint32Array, parts: Numbers): void {
-    triangles.forEach((t, k) => {
-      for (let c = 0; c < 3; c++) this.triangles[3 * t + c] = indices[3 * k + c]!;
-      this.#numbers[t] = parts[k]!;
-    });
-  }
-
-  /** Writes the first triangles part by part, in ascending order, each part's in the order in which they are. */
-  sort(count: number, into: { [at: number]: number }): Group[] {
-    const counts = new Map<number, number>();
-    for (let t = 0; t < count; t++) counts.set(this.#numbers[t]!, (counts.get(this.#numbers[t]!) ?? 0) + 1);
-    const groups: Group[] = [];
-    const next = new Map<number, number>();
-    let start = 0;
-    for (const [part, count] of [...counts].sort(([a], [b]) => a - b)) {
-      groups.push({ part, start, count: 3 * count });
-      next.set(part, start);
-      start += 3 * count;
-    }
-    for (let t = 0; t < count; t++) {
-      const part = this.#numbers[t]!;
-      const to = next.get(part)!;
-      for (let k = 0; k < 3; k++) into[to + k] = this.triangles[3 * t + k]!;
-      next.set(part, to + 3);
-    }
-    return groups;
-  }
-}
-
 /** The same numbers, with room for so many: twice as much as before where it does not suffice. */
-function grown<T extends Uint32Array<ArrayBuffer> | Float64Array<ArrayBuffer>>(array: T, length: number): T {
+export function grown(array: Uint32Array<ArrayBuffer>, length: number): Uint32Array<ArrayBuffer> {
   if (array.length >= length) return array;
-  const larger = new (array.constructor as new (length: number) => T)(Math.max(length, 2 * array.length));
+  const larger = new Uint32Array(Math.max(length, 2 * array.length));
   larger.set(array);
   return larger;
 }

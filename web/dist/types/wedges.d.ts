@@ -1,4 +1,3 @@
-import type { Numbers } from "./unweld.js";
 /** Wedges by vertex. They are appended; each stays with its vertex. */
 export declare class Wedges {
     #private;
@@ -17,22 +16,5 @@ export declare class Wedges {
 }
 /** Whether the three corners of every triangle have the same normal. Equal normals of a source stay equal, however few bits they have. */
 export declare function isFlat(normals: ArrayLike<number>, indices: ArrayLike<number>, triangles: number): boolean;
-/** Indices of one part. */
-export interface Group {
-    readonly part: number;
-    readonly start: number;
-    readonly count: number;
-}
-/** Triangles by number and their parts, where an index has them part by part. */
-export declare class Parts {
-    #private;
-    triangles: Uint32Array<ArrayBuffer>;
-    /** Triangles from `first` on are these, and of these parts. */
-    append(first: number, indices: ArrayLike<number>, parts: Numbers): void;
-    /** Single triangles have others. */
-    rewrite(triangles: Uint32Array, indices: Uint32Array, parts: Numbers): void;
-    /** Writes the first triangles part by part, in ascending order, each part's in the order in which they are. */
-    sort(count: number, into: {
-        [at: number]: number;
-    }): Group[];
-}
+/** The same numbers, with room for so many: twice as much as before where it does not suffice. */
+export declare function grown(array: Uint32Array<ArrayBuffer>, length: number): Uint32Array<ArrayBuffer>;

@@ -237,6 +237,7 @@ fn payloads_with_faults() {
     let (mut read, mut refused) = (0, 0);
     for name in ["values.uwm", "born_values.uwm"] {
         let sound = Draft::of(&load(name));
+        assert!(sound.bytes() == load(name));
         for (k, atom) in sound.atoms.iter().enumerate() {
             if ![BASE, REFINEMENT, BIRTH, KEYFRAME, ATTRIBUTES].contains(&atom.kind) {
                 continue;

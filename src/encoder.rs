@@ -2,6 +2,7 @@
 
 mod alive;
 mod attributes;
+mod constant;
 mod features;
 mod finish;
 mod grids;

@@ -9,6 +9,7 @@ mod jump;
 mod report;
 mod surface;
 
+use crate::codec::attributes::Attributes;
 use crate::codec::residue::Residue;
 use crate::container::{Contents, Plan, Want, plan};
 use crate::decoder::{Decoder, Delta, Event, Options};
@@ -408,7 +409,8 @@ impl Client {
     /// The attributes, where they are there and have not been told.
     fn corners(&self, contents: &Contents, surface: &Surface) -> Corners {
         let attributes = self.decoder.attributes().filter(|_| self.decoder.level() == Some(0));
-        match attributes.filter(|_| !self.told_corners) {
+        let all = |attributes: &&Attributes| (0..contents.attributes.len()).all(|k| attributes.is_born(k));
+        match attributes.filter(|_| !self.told_corners).filter(all) {
             Some(attributes) => Corners::new(self.decoder.mesh(), surface, attributes, &contents.attributes),
             None => Corners::default(),
         }

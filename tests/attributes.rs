@@ -198,15 +198,75 @@ fn a_mesh_without_attributes_has_no_byte_of_them() {
     assert_eq!(file[12], 0);
 }
 
+/// One value at every corner, or for every triangle.
+fn constant(semantic: Semantic, components: usize, values: Values, triangles: usize) -> Attribute {
+    let domain = if semantic == Semantic::Part { Domain::Triangle } else { Domain::Corner };
+    let count = if domain == Domain::Triangle { triangles } else { 3 * triangles };
+    Attribute { domain, ..Attribute::new(semantic, components, values, vec![0; count]) }
+}
+
 #[test]
-fn an_attribute_that_is_the_same_everywhere_costs_next_to_nothing() {
+fn an_attribute_that_is_the_same_everywhere_costs_sixteen_bytes_at_most() {
     let plain = shapes::torus(60, 40);
-    let mut mesh = plain.clone();
-    let corners = vec![0; 3 * mesh.triangles.len()];
-    mesh.attributes.push(Attribute::new(Semantic::Color, 4, Values::U8(vec![255, 255, 255, 255]), corners));
-    let [with, without] = [&mesh, &plain].map(|mesh| encoded(mesh, Options::default()).len());
-    // The entry in the table of contents included.
-    assert!(with <= without + 16 + 12, "{with} and {without} bytes");
+    let n = plain.triangles.len();
+    let white = Values::U8(vec![255; 4]);
+    let odd = Values::F32(vec![0.1, 0.2, 0.7, 1.0]);
+    for (values, exact_too) in [(white, true), (Values::F32(vec![1.0, 0.5, 0.25, 1.0]), true), (odd, false)] {
+        for options in [Options::default(), exact()] {
+            if options.exact.is_some() && !exact_too {
+                continue;
+            }
+            let mesh = IndexedMesh {
+                attributes: vec![constant(Semantic::Color, 4, values.clone(), n)],
+                ..plain.clone()
+            };
+            let file = encoded(&mesh, options.clone());
+            let without = encoded(&plain, options).len();
+            assert!(file.len() <= without + 16, "{} and {without} bytes", file.len());
+            assert!(!exact_too || decoded(&file).attributes == mesh.attributes);
+        }
+    }
+}
+
+#[test]
+fn constants_are_alive_at_every_level_and_have_no_payload() {
+    let mut mesh = globe();
+    // Further triangles have them too.
+    mesh.triangles.extend([mesh.triangles[7], mesh.triangles[9]]);
+    let n = mesh.triangles.len();
+    let kinds = |n: usize| {
+        [
+            constant(Semantic::Color, 4, Values::U8(vec![9, 0, 255, 7]), n),
+            constant(Semantic::Part, 1, Values::U16(vec![3]), n),
+            constant(Semantic::Generic, 2, Values::F64(vec![f64::INFINITY, -0.0]), n),
+            constant(Semantic::Normal, 3, Values::F32(vec![0.0, 0.0, -1.0]), n),
+        ]
+    };
+    for alone in [true, false] {
+        for attribute in &mut mesh.attributes {
+            attribute.corners.resize(3 * n, 1);
+        }
+        let others = if alone { Vec::new() } else { globe().attributes };
+        let mut mesh = IndexedMesh { attributes: kinds(n).to_vec(), ..mesh.clone() };
+        mesh.attributes.extend(others.into_iter().map(|mut attribute| {
+            attribute.corners.resize(3 * n, 1);
+            attribute
+        }));
+        there_and_back(&mesh);
+        let file = encoded(&mesh, Options::default());
+        let contents =
+            decoder::decode(&file, decoder::Options::default()).unwrap().contents().unwrap().clone();
+        let payloads = (0..contents.header.level_count).filter(|&j| !contents.attribute_atoms(j).is_empty());
+        assert!(!alone || payloads.count() == 0);
+        for level in [0, contents.base_level() / 2, contents.base_level()] {
+            let mut decoder = Decoder::new(decoder::Options::default());
+            decoder.push(&file[..contents.bytes(contents.prefix(level)).end as usize]);
+            while decoder.poll().unwrap().is_some() {}
+            let mesh = decoder.assembled().unwrap();
+            assert_eq!(mesh.attributes[..4], kinds(mesh.triangles.len()), "level {level}");
+            mesh.attributes.iter().for_each(|attribute| attribute.check(mesh.triangles.len()).unwrap());
+        }
+    }
 }
 
 #[test]

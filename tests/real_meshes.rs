@@ -1,4 +1,4 @@
-//! The loop on real meshes: every PLY, OBJ, STL and OFF of the data folder that is a mesh at all, both methods, welded and not.
+//! The loop on real meshes: every PLY, OBJ, STL, OFF and glTF of the data folder that is a mesh at all, both methods, welded and not.
 //! The folder is `UNWELD_DATA`, or `../shared/data` beside the checkout; where there is none, the tests say so and pass.
 #![cfg(all(feature = "encode", feature = "formats"))]
 
@@ -23,7 +23,7 @@ fn data() -> Option<PathBuf> {
     None
 }
 
-/// All PLY, OBJ, STL and OFF files below `folder`, compressed or not, that can be read; small enough for a test.
+/// All PLY, OBJ, STL, OFF and glTF files below `folder`, compressed or not, that can be read; small enough for a test.
 fn meshes(folder: &Path) -> Vec<(String, Source)> {
     let mut found = Vec::new();
     for sub in ["", "nasty", "nasty_real", "tex_fuze", "tex_ico4uv", "tex_spot"] {

@@ -4,7 +4,7 @@ use super::triangles::Zeros;
 use anyhow::bail;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use unweld::container::AttributeEntry;
-use unweld::mesh::attributes::Values;
+use unweld::mesh::attributes::{Quantisation, Values};
 use unweld::mesh::{Attribute, IndexedMesh};
 
 /// The attributes of a mesh that a file has, by its table of contents, as it has them; and the titles of those that it has not.
@@ -35,11 +35,29 @@ fn rounded(attribute: &Attribute, entry: &AttributeEntry) -> Attribute {
     let mut values = Values::new(entry.stored);
     let mut integers = Vec::new();
     for k in 0..attribute.count() {
+        // What is no such value would be made one: there is no other on its lattice.
+        if matches!(entry.quantisation, Quantisation::Lattice { step: 0.0, .. })
+            && lost(attribute, k, entry) > entry.error
+        {
+            (0..entry.components)
+                .for_each(|i| values.push_bits(attribute.values.bits(entry.components * k + i)));
+            continue;
+        }
         integers.clear();
         entry.quantisation.quantise(attribute, k, &mut integers);
         entry.quantisation.value(&integers, entry.components, &mut values);
     }
     Attribute { values, ..attribute.clone() }
+}
+
+/// How far a value is from the one point of a lattice.
+fn lost(attribute: &Attribute, value: usize, entry: &AttributeEntry) -> f64 {
+    let Quantisation::Lattice { origin, .. } = &entry.quantisation else { return 0.0 };
+    let mut point = Values::new(entry.stored);
+    origin.iter().for_each(|&x| point.push(x));
+    let n = entry.components;
+    let off = |k: usize| attribute.values.number(n * value + k) - point.number(k);
+    (0..n).map(|k| off(k) * off(k)).sum::<f64>().sqrt()
 }
 
 /// Which attribute differs between two meshes of the same triangles, and at how many of them, if one does. `ordered`: the triangles are in the

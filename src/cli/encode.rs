@@ -341,6 +341,8 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         preview: args.preview.of_library(),
         lifting: args.lifting,
         attribute_bits: args.attributes.bits(&source.mesh),
+        attribute_births: args.attributes.births(&source.mesh),
+        attribute_weights: args.attributes.weights(&source.mesh),
         lock_boundary: args.simplification.lock_boundary,
         births: !args.keep_components,
         rich_models: args.profile.of_library().rich_models(),
@@ -491,7 +493,9 @@ EXAMPLES
   unweld encode bunny.ply -o bunny.uwm --profile small --preview coarse
   unweld encode bunny.ply -o bunny.uwm --exact --keep-order
   unweld encode scene.obj -o scene.uwm --strict
+  unweld encode scene.glb -o scene.uwm
   unweld encode scene.obj -o scene.uwm --bits uv=14,normal=8 --drop color
+  unweld encode scene.obj -o scene.uwm --attribute-birth uv=base,color=0 --weight normal=2
   unweld encode part.stl -o part.uwm --weld 0.0001 --exact
   unweld encode bunny.ply -o bunny.uwm --position-bits auto:0.0005
   unweld encode tiles/ -o coded/ --lattice-step 0.0009765625 --lattice-origin 4600000,5300000,0 --lock-boundary

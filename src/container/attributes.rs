@@ -1,5 +1,6 @@
 //! What the table of contents says of each attribute (spec §3.3).
 
+use super::constant;
 use super::fields::{Fields, is_short};
 use super::magnitude;
 #[cfg(any(test, feature = "encode"))]
@@ -30,13 +31,16 @@ pub struct AttributeEntry {
     pub normalised: bool,
     /// Whether some corners, or triangles, may have no value.
     pub partial: bool,
-    /// The coarsest level that has it, 0 to the base.
+    /// The coarsest level that has it, 0 to the base. That of a constant attribute is the base, whatever is said here.
     pub birth: u32,
     /// How numbers are coded.
     pub quantisation: Quantisation,
     /// Root mean square of what quantisation loses, in the units of the values, of [`Quantisation::Octahedral`] in degrees; finite.
     /// 0 where nothing is lost by kind. A file has it rounded up, as the errors of levels.
     pub error: f64,
+    /// The integers of the value that all corners, or triangles, have, where there is but that one: then there is no payload of it. On a
+    /// [`Quantisation::Lattice`] they are 0 and the origin is the value, which is a multiple of a power of two; its bits do not matter.
+    pub constant: Option<Vec<i32>>,
 }
 
 impl AttributeEntry {
@@ -58,6 +62,7 @@ impl AttributeEntry {
             birth: 0,
             quantisation,
             error,
+            constant: None,
         }
     }
 
@@ -69,12 +74,14 @@ impl AttributeEntry {
     /// What a coder is to know of it.
     pub fn kind(&self) -> Kind {
         let Self { semantic, domain, components, stored, partial, .. } = *self;
-        Kind { semantic, domain, components, stored, partial, quantisation: self.quantisation.clone() }
+        let (quantisation, constant) = (self.quantisation.clone(), self.constant.clone());
+        Kind { semantic, domain, components, stored, partial, quantisation, constant }
     }
 
-    /// Bits a coded number; `None` where they are those that are stored.
+    /// Bits a coded number; `None` where they are those that are stored, and where none is coded.
     pub fn bits(&self) -> Option<u32> {
         match self.quantisation {
+            _ if self.constant.is_some() => None,
             Quantisation::Lattice { bits, .. } | Quantisation::Octahedral { bits } => Some(bits),
             Quantisation::Integer | Quantisation::Raw => None,
         }
@@ -93,12 +100,16 @@ impl AttributeEntry {
         fields.require(kind <= RAW, at + 1, || format!("unknown quantisation {kind}"))?;
         fields.require(marks <= ALL_MARKS, at + 2, || format!("unknown marks {marks} of an attribute"))?;
         let domain = if marks & TRIANGLES > 0 { Domain::Triangle } else { Domain::Corner };
-        let normalised = marks & NORMALISED > 0;
+        let [normalised, partial, is_constant] = [NORMALISED, PARTIAL, CONSTANT].map(|mark| marks & mark > 0);
         fields.require(!(normalised && stored.is_float()), at + 2, || {
             "floating-point numbers that stand for fractions".to_owned()
         })?;
-        fields.require(kind == LATTICE || marks & (ORIGIN_SHORT | STEP_SHORT) == 0, at + 2, || {
+        let has_lattice = kind == LATTICE && !is_constant;
+        fields.require(has_lattice || marks & (ORIGIN_SHORT | STEP_SHORT) == 0, at + 2, || {
             "marks of a lattice where there is none".to_owned()
+        })?;
+        fields.require(!(is_constant && partial), at + 2, || {
+            "a value that all have, where some have none".to_owned()
         })?;
         fields.require(stored.is_float() != (kind == INTEGER), at + 1, || {
             format!("quantisation {kind} of {} numbers", stored.name())
@@ -112,16 +123,22 @@ impl AttributeEntry {
             "a part is one integer a triangle".to_owned()
         })?;
         let set = fields.count(u32::MAX, "the set of an attribute")?;
-        let birth = fields.count(u32::MAX, "the level of an attribute's birth")?;
+        let birth =
+            if is_constant { 0 } else { fields.count(u32::MAX, "the level of an attribute's birth")? };
         let length = fields.count(Self::MAX_NAME_BYTES as u32, "the length of an attribute's name")?;
         let at = fields.offset();
         let name = fields.bytes(length as usize)?.to_vec();
         let name = String::from_utf8(name).map_err(|_| fields.fault(at, "a name is not UTF-8".to_owned()))?;
         let quantisation = match kind {
             INTEGER => Quantisation::Integer,
+            LATTICE if is_constant => constant::lattice(fields, components)?,
             LATTICE => lattice(fields, marks, components)?,
             OCTAHEDRAL => Quantisation::Octahedral { bits: bits(fields, OCTAHEDRAL_BITS)? },
             _ => Quantisation::Raw,
+        };
+        let constant = match is_constant {
+            true => Some(constant::integers(fields, &quantisation, components, stored)?),
+            false => None,
         };
         let error = match unit(&quantisation) {
             Some(unit) => {
@@ -142,11 +159,19 @@ impl AttributeEntry {
             components,
             stored,
             normalised,
-            partial: marks & PARTIAL > 0,
+            partial,
             birth,
             quantisation,
             error,
+            constant,
         })
+    }
+
+    /// What it takes in a table of contents; `None` where it has no form there.
+    #[cfg(any(test, feature = "encode"))]
+    pub(crate) fn table_bytes(&self) -> Option<usize> {
+        let mut bytes = Vec::new();
+        self.write(&mut bytes).ok().map(|()| bytes.len())
     }
 
     /// Appends it to a table of contents. Who reads it finds what breaks a rule; what has no form at all is refused here.
@@ -161,7 +186,9 @@ impl AttributeEntry {
         let (Some(semantic), Some(stored)) = (semantic, place(&Stored::ALL)) else {
             return refused("no number of its semantic or type");
         };
+        let is_constant = self.constant.is_some();
         let (kind, forms) = match &self.quantisation {
+            Quantisation::Lattice { .. } if is_constant => (LATTICE, 0),
             Quantisation::Integer => (INTEGER, 0),
             Quantisation::Lattice { origin, step, .. } => (LATTICE, forms(origin, *step)),
             Quantisation::Octahedral { .. } => (OCTAHEDRAL, 0),
@@ -171,21 +198,32 @@ impl AttributeEntry {
             (self.domain == Domain::Triangle, TRIANGLES),
             (self.normalised, NORMALISED),
             (self.partial, PARTIAL),
+            (is_constant, CONSTANT),
         ];
         let marks = marks.into_iter().filter(|(set, _)| *set).fold(forms, |marks, (_, mark)| marks | mark);
         table.extend([semantic as u8 | (stored as u8) << 4, (self.components - 1) as u8 | kind << 4, marks]);
-        for number in [self.set.into(), self.birth.into(), self.name.len() as u64] {
-            varint::write(number, table);
+        varint::write(self.set.into(), table);
+        if !is_constant {
+            varint::write(self.birth.into(), table);
         }
+        varint::write(self.name.len() as u64, table);
         table.extend(self.name.as_bytes());
-        if let Some(bits) = self.bits() {
+        if let Quantisation::Lattice { bits, .. } | Quantisation::Octahedral { bits } = self.quantisation
+            && !(is_constant && kind == LATTICE)
+        {
             let Ok(bits) = u8::try_from(bits) else { return refused("no such number of bits") };
             table.push(bits);
         }
-        if let Quantisation::Lattice { origin, step, .. } = &self.quantisation {
-            if origin.len() != self.components {
-                return refused("the origin has another number of numbers");
+        if let Quantisation::Lattice { origin, .. } = &self.quantisation
+            && origin.len() != self.components
+        {
+            return refused("the origin has another number of numbers");
+        }
+        if let Some(value) = &self.constant {
+            if constant::write(value, &self.quantisation, self.components, self.stored, table).is_none() {
+                return refused("no such constant");
             }
+        } else if let Quantisation::Lattice { origin, step, .. } = &self.quantisation {
             let numbers = origin.iter().map(|&x| (x, ORIGIN_SHORT)).chain([(*step, STEP_SHORT)]);
             for (x, short) in numbers {
                 match forms & short {
@@ -261,7 +299,8 @@ const NORMALISED: u8 = 2;
 const PARTIAL: u8 = 4;
 const ORIGIN_SHORT: u8 = 8;
 const STEP_SHORT: u8 = 16;
-const ALL_MARKS: u8 = 31;
+const CONSTANT: u8 = 32;
+const ALL_MARKS: u8 = 63;
 
 /// Fewest and most bits a number.
 const LATTICE_BITS: [u8; 2] = [1, 24];

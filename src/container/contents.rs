@@ -215,9 +215,11 @@ impl Contents {
         self.residue.clone()
     }
 
-    /// The attributes that are born at level `j`, by their places in [`Contents::attributes`].
+    /// The attributes whose values level `j` is told of, since they are born at it, by their places in [`Contents::attributes`]. Those that
+    /// are constant are told by the table of contents.
     pub fn births_at(&self, j: u32) -> impl Iterator<Item = usize> + '_ {
-        self.attributes.iter().enumerate().filter(move |(_, entry)| entry.birth == j).map(|(k, _)| k)
+        let told = move |entry: &AttributeEntry| entry.birth == j && entry.constant.is_none();
+        self.attributes.iter().enumerate().filter(move |(_, entry)| told(entry)).map(|(k, _)| k)
     }
 
     /// The attributes that level `j` has, by their places in [`Contents::attributes`].

@@ -7,6 +7,7 @@
 
 mod attributes;
 mod checksum;
+mod constant;
 mod contents;
 mod fields;
 mod header;

@@ -96,8 +96,11 @@ impl Table<'_> {
         let at = fields.offset();
         let level_count = fields.count(MAX_LEVELS, "the number of levels")?;
         fields.require(level_count >= 1, at, || "a file without levels".to_owned())?;
-        for (AttributeEntry { birth, .. }, at) in self.attributes.iter().zip(starts) {
+        for (AttributeEntry { birth, constant, .. }, at) in self.attributes.iter_mut().zip(starts) {
             let base = level_count - 1;
+            if constant.is_some() {
+                *birth = base;
+            }
             fields.require(*birth <= base, at, || {
                 format!("an attribute is born at level {birth}, allowed 0 to {base}")
             })?;
@@ -416,7 +419,7 @@ impl Table<'_> {
 
 /// Whether the entry of level `j`, which is not the base, has a payload of attributes (spec §3.3).
 pub(super) fn tells_values(attributes: &[AttributeEntry], j: u32) -> bool {
-    j > 0 && attributes.iter().any(|attribute| attribute.birth == j)
+    j > 0 && attributes.iter().any(|attribute| attribute.birth == j && attribute.constant.is_none())
 }
 
 /// What no manifold can have of so many vertices and triangles, if it is so (spec §3.6).

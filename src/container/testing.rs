@@ -9,6 +9,7 @@ use super::attributes::AttributeEntry;
 use super::contents::{AtomKind, Contents, Level};
 use super::header::{Coding, Header};
 use super::write::FileBuilder;
+use crate::mesh::attributes::dyadic::Dyadic;
 use crate::mesh::attributes::{Domain, Quantisation, Semantic, Stored};
 use crate::mesh::lattice::Lattice;
 
@@ -54,6 +55,7 @@ pub fn attributed_file() -> FileBuilder {
         birth: 0,
         quantisation,
         error,
+        constant: None,
     };
     let normal = attribute(Semantic::Normal, 3, Stored::F32, Quantisation::Octahedral { bits: 10 }, 0.125);
     let lattice = Quantisation::Lattice { bits: 12, origin: vec![0.1, -0.0], step: 0.25 };
@@ -99,8 +101,15 @@ pub fn any_attribute() -> impl Strategy<Value = AttributeEntry> {
     let number = || prop_oneof![Just(0.0), Just(-0.0), Just(0.25), -1e9..1e9f64];
     let lattice = (1u32..=24, vec(number(), 16), prop_oneof![Just(0.0), Just(0.25), 1e-6..1e9f64]);
     let what = (semantic, any::<u32>(), "[ -~é]{0,12}", stored, 1usize..=16);
-    (what, any::<[bool; 3]>(), lattice, 0u8..3, 2u32..=16, 0.0..1e30f64).prop_map(
-        |(what, [triangles, normalised, partial], (bits, origin, step), kind, octahedral, error)| {
+    (what, any::<[bool; 4]>(), lattice, 0u8..3, 2u32..=16, 0.0..1e30f64).prop_map(
+        |(
+            what,
+            [triangles, normalised, partial, constant],
+            (bits, origin, step),
+            kind,
+            octahedral,
+            error,
+        )| {
             let (semantic, set, name, stored, components) = what;
             let is_part = semantic == Semantic::Part;
             let stored = if is_part { Stored::U32 } else { stored };
@@ -115,8 +124,17 @@ pub fn any_attribute() -> impl Strategy<Value = AttributeEntry> {
                 _ if !stored.is_float() => Quantisation::Integer,
                 0 => Quantisation::Raw,
                 1 if is_unit => Quantisation::Octahedral { bits: octahedral },
+                _ if constant => {
+                    let origin = Dyadic::rounded(&origin[..components], bits).and_then(|it| it.numbers());
+                    Quantisation::Lattice { bits: 1, origin: origin.unwrap(), step: 0.0 }
+                }
                 _ => Quantisation::Lattice { bits, origin: origin[..components].to_vec(), step },
             };
+            let value = |count: usize| match quantisation {
+                Quantisation::Lattice { .. } => vec![0; count],
+                _ => (0..count).map(|k| origin[k % 16].to_bits().rotate_left(17 + k as u32) as i32).collect(),
+            };
+            let constant = constant.then(|| value(quantisation.integers(components, stored)));
             let exact = matches!(quantisation, Quantisation::Integer | Quantisation::Raw);
             AttributeEntry {
                 semantic,
@@ -126,10 +144,11 @@ pub fn any_attribute() -> impl Strategy<Value = AttributeEntry> {
                 components,
                 stored,
                 normalised: normalised && !stored.is_float(),
-                partial,
+                partial: partial && constant.is_none(),
                 birth: 0,
                 quantisation,
                 error: if exact { 0.0 } else { error },
+                constant,
             }
         },
     )
@@ -155,8 +174,14 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
         let lattice = Lattice { origin: [x, -x, 0.0], step, bits };
         let mut file = FileBuilder::new(lattice, maximum.map(|m| m & ((1 << bits) - 1)), Vec::new());
         let born = attributes.into_iter();
+        let birth = |entry: &AttributeEntry, birth: u32| match entry.constant {
+            Some(_) => depth,
+            None => birth % (depth + 1),
+        };
         file.attributes =
-            born.map(|(entry, birth)| AttributeEntry { birth: birth % (depth + 1), ..entry }).collect();
+            born.map(|(entry, at)| AttributeEntry { birth: birth(&entry, at), ..entry }).collect();
+        let told = file.attributes.clone().into_iter().filter(|attribute| attribute.constant.is_none());
+        let told: Vec<u32> = told.map(|attribute| attribute.birth).collect();
         file.payload(AtomKind::Base, depth, &base);
         for (i, (operations, shift, _, per_atom)) in finer.iter().enumerate() {
             let j = depth - 1 - i as u32;
@@ -169,7 +194,7 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
                 level.vertices += items;
                 level.triangles += triangles;
             }
-            if j > 0 && file.attributes.iter().any(|attribute| attribute.birth == j) {
+            if j > 0 && told.contains(&j) {
                 file.payload(AtomKind::Attributes, j, &base);
             }
             level.precision -= shift;
@@ -177,7 +202,7 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
             levels.push(level);
         }
         file.payload(AtomKind::Residue, 0, &residue);
-        if file.attributes.iter().any(|attribute| attribute.birth == 0) {
+        if told.contains(&0) {
             file.payload(AtomKind::Attributes, 0, &base);
         }
         file.payload(AtomKind::Metadata, 0, &metadata);

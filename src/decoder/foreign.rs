@@ -28,6 +28,12 @@ impl Corners<'_> {
 /// One attribute. Equal values are one, in the order in which wedges or rows have them; those of wedges that no corner names any more, too.
 pub fn attribute(entry: &AttributeEntry, column: &Column, corners: &Corners) -> Attribute {
     let mut values = Values::new(entry.stored);
+    if let Some(value) = &column.kind.constant {
+        entry.quantisation.value(value, entry.components, &mut values);
+        let count = corners.triangles().count();
+        let count = if entry.domain == Domain::Triangle { count } else { 3 * count };
+        return of_source(entry, values, vec![0; count]);
+    }
     let mut places: HashMap<&[i32], u32> = HashMap::new();
     let mut of = Vec::with_capacity(column.count());
     for at in 0..column.count() as u32 {
@@ -55,17 +61,12 @@ pub fn attribute(entry: &AttributeEntry, column: &Column, corners: &Corners) -> 
             corners.triangles().flat_map(turned).map(|wedge| named(&of, wedge)).collect()
         }
     };
+    of_source(entry, values, indices)
+}
+
+fn of_source(entry: &AttributeEntry, values: Values, corners: Vec<u32>) -> Attribute {
     let AttributeEntry { semantic, set, domain, components, normalised, .. } = *entry;
-    Attribute {
-        semantic,
-        set,
-        name: entry.name.clone(),
-        domain,
-        components,
-        normalised,
-        values,
-        corners: indices,
-    }
+    Attribute { semantic, set, name: entry.name.clone(), domain, components, normalised, values, corners }
 }
 
 /// The value of a wedge or row; none of what is behind the last value.

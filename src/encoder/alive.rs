@@ -100,7 +100,7 @@ impl<'a> Alive<'a> {
     pub fn refine(&mut self, mesh: &ProgressiveMesh, inserted: &Inserted, coder: &mut RangeEncoder) -> u64 {
         let v = inserted.vertex;
         self.labelling.apply(&mut self.labels, &mesh.table, v, &mut self.ring);
-        if self.attributes.are_none() {
+        if self.attributes.wedges.is_empty() {
             return 0;
         }
         let mut budget = Budget::unlimited();
@@ -143,9 +143,11 @@ impl<'a> Alive<'a> {
         finest: Finest,
         further: impl Iterator<Item = usize>,
     ) -> Result<(Vec<u8>, u64), WholeError> {
-        let born: Vec<usize> = (0..self.entries.len()).filter(|&k| self.entries[k].birth == 0).collect();
+        let told = |k: &usize| self.entries[*k].constant.is_none();
+        let told: Vec<usize> = (0..self.entries.len()).filter(told).collect();
+        let born: Vec<usize> = told.iter().copied().filter(|&k| self.entries[k].birth == 0).collect();
         let further: Vec<[u32; 4]> = further.map(|t| self.labelling.of_input[t]).collect();
-        if born.is_empty() && further.is_empty() {
+        if told.is_empty() || (born.is_empty() && further.is_empty()) {
             return Ok((Vec::new(), 0));
         }
         let mut coder = RangeEncoder::default();

@@ -1,6 +1,6 @@
 //! The attributes of the input: how they are quantised.
 
-use super::Options;
+use super::{Options, constant};
 use crate::container::AttributeEntry;
 use crate::error::{Error, Result};
 use crate::mesh::IndexedMesh;
@@ -9,9 +9,13 @@ use crate::mesh::attributes::{Attribute, Quantisation, Semantic};
 /// What the table of contents says of each attribute of a mesh.
 pub fn entries(mesh: &IndexedMesh, options: &Options) -> Vec<AttributeEntry> {
     let entry = |attribute: &Attribute| {
-        let quantisation = Quantisation::choose(attribute, bits(attribute, options), options.exact.is_some());
-        let error = quantisation.error(attribute);
-        AttributeEntry::of(attribute, quantisation, error)
+        let bits = bits(attribute, options);
+        let quantisation = Quantisation::choose(attribute, bits, options.exact.is_some());
+        let lattice_bits = Quantisation::lattice_bits(attribute, bits);
+        constant::entry(attribute, &quantisation, lattice_bits).unwrap_or_else(|| {
+            let error = quantisation.error(attribute);
+            AttributeEntry::of(attribute, quantisation, error)
+        })
     };
     mesh.attributes.iter().map(entry).collect()
 }

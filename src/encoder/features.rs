@@ -3,7 +3,7 @@
 use super::attributes::named;
 use super::{AttributeBirth, Options};
 use crate::container::AttributeEntry;
-use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic};
+use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored};
 use crate::mesh::topology::{Manifold, Remainder};
 use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Vertex};
 use crate::simplify::{Features, Values};
@@ -144,17 +144,18 @@ impl Input<'_> {
     /// How many sides of the lattice's cube, `size`, a difference of 1 is worth where the weight is 1.
     ///
     /// Texture coordinates: as much as the texture slips along the surface (Cohen, Olano and Manocha 1998), by the areas that both have
-    /// in all: so neither the unit of the coordinates nor how often a texture is repeated matters. Others: [`NORMAL`], [`COLOUR`],
-    /// [`GENERIC`]. What has no metric, as the numbers of joints, is worth nothing, and tangents follow from the others.
+    /// in all: so neither the unit of the coordinates nor how often a texture is repeated matters. Normals, colours and what else may be
+    /// shown: by [`BRIGHTNESS`], for light makes at most the difference of two unit normals of them. What has no metric, as the numbers of
+    /// joints, is worth nothing, and tangents follow from the others.
     fn worth(&self, attribute: &Attribute, positions: &[[f64; 3]], size: f64) -> f64 {
         match attribute.semantic {
-            Semantic::Normal if attribute.components == 3 => NORMAL,
+            Semantic::Normal if attribute.components == 3 => BRIGHTNESS,
             Semantic::TexCoord if is_chart(attribute) => {
                 let [surface, chart] = self.areas(attribute, positions);
                 if chart > 0.0 && size > 0.0 { (surface / chart).sqrt() / size } else { 0.0 }
             }
-            Semantic::Color => COLOUR / full_scale(attribute),
-            Semantic::Generic => GENERIC / range(attribute),
+            Semantic::Color => BRIGHTNESS / full_scale(attribute),
+            Semantic::Generic => BRIGHTNESS / range(attribute),
             _ => 0.0,
         }
     }
@@ -241,7 +242,6 @@ fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
 
 /// What stands for full brightness.
 fn full_scale(attribute: &Attribute) -> f64 {
-    use crate::mesh::attributes::Stored;
     match attribute.values.stored() {
         Stored::U8 => 255.0,
         Stored::I8 => 127.0,
@@ -261,9 +261,143 @@ fn range(attribute: &Attribute) -> f64 {
     numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min)
 }
 
-/// What a difference of 1 between unit normals is worth, in sizes of the mesh.
-const NORMAL: f64 = 0.1;
-/// What the difference of black and white is worth.
-const COLOUR: f64 = 0.1;
-/// What the whole range of another attribute is worth.
-const GENERIC: f64 = 0.1;
+/// What one of brightness is worth, black to white, in sizes of the mesh: so a bump of a fiftieth of the size counts as much for its tilt,
+/// which is what light makes of it, as for its height; wider ones count more for their height, finer ones for their tilt.
+const BRIGHTNESS: f64 = 0.02;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::mesh::attributes::Values as Numbers;
+    use crate::mesh::topology::Weld;
+    use crate::mesh::topology::{Conditioned, condition};
+    use crate::mesh::{Attribute, shapes};
+
+    fn of(mesh: &IndexedMesh, options: &Options) -> (CornerTable, Features) {
+        let Conditioned { manifold, remainder, .. } = condition(mesh, Weld::Exact);
+        let entries = super::super::attributes::entries(mesh, options);
+        let bits = 10;
+        let whole = Lattice { origin: [0.0; 3], step: 1.0, bits };
+        let lattice = Lattice { step: 1.0 / f64::from(whole.max_coordinate()), ..whole };
+        let features = features(mesh, &manifold, &remainder, &entries, options, &lattice);
+        (manifold.table, features)
+    }
+
+    /// A flat sheet of 4 by 3 squares.
+    fn flat() -> IndexedMesh {
+        let mut mesh = shapes::grid(4, 3);
+        for (k, p) in (0..).zip(&mut mesh.positions) {
+            *p = [f64::from(k % 5), f64::from(k / 5), 0.0];
+        }
+        mesh
+    }
+
+    /// The sheet, some triangles of it turned round; texture coordinates are the places but for a column to the right of
+    /// which they start anew.
+    fn sheet(column: u32) -> IndexedMesh {
+        let mut mesh = flat();
+        for t in mesh.triangles.iter_mut().step_by(3) {
+            t.swap(0, 2);
+        }
+        let (mut numbers, mut corners) = (Vec::new(), Vec::new());
+        for t in &mesh.triangles {
+            let middle = t.iter().map(|&v| mesh.positions[v as usize][0]).sum::<f64>() / 3.0;
+            for &v in t {
+                let [x, y, _] = mesh.positions[v as usize];
+                corners.push(numbers.len() as u32 / 2);
+                numbers.extend([if middle > f64::from(column) { x + 10.0 } else { x }, y].map(|x| x as f32));
+            }
+        }
+        mesh.attributes.push(Attribute::new(Semantic::TexCoord, 2, Numbers::F32(numbers), corners));
+        mesh
+    }
+
+    fn seams(table: &CornerTable, features: &Features) -> Vec<[u32; 2]> {
+        let corners = table.triangles().flat_map(|t| t.corners());
+        let of = |c: Corner| features.seams.get(c.index()).is_some_and(|seam| *seam);
+        let mut seams: Vec<_> = corners
+            .filter(|&c| of(c))
+            .map(|c| table.edge(c))
+            .map(|(a, b)| [a.0.min(b.0), a.0.max(b.0)])
+            .collect();
+        seams.sort_unstable();
+        seams
+    }
+
+    /// Of the places of the table's vertices, the edges along a column of the sheet, from both sides.
+    fn along(mesh: &IndexedMesh, column: u32) -> Vec<[u32; 2]> {
+        let Conditioned { manifold, .. } = condition(mesh, Weld::Exact);
+        let on = |v: Vertex| manifold.positions[v.index()][0] == f64::from(column);
+        let corners = manifold.table.triangles().flat_map(|t| t.corners());
+        let mut edges: Vec<_> = corners
+            .map(|c| manifold.table.edge(c))
+            .filter(|&(a, b)| on(a) && on(b))
+            .map(|(a, b)| [a.0.min(b.0), a.0.max(b.0)])
+            .collect();
+        edges.sort_unstable();
+        edges
+    }
+
+    #[test]
+    fn a_seam_is_where_texture_coordinates_differ() {
+        let mesh = sheet(2);
+        let (table, features) = of(&mesh, &Options::default());
+        let found = seams(&table, &features);
+        assert_eq!(found.len(), 6, "three edges, from both sides");
+        assert_eq!(found, along(&mesh, 2));
+        assert!(!features.binding);
+        // Open borders are none.
+        let (_, features) = of(&sheet(4), &Options::default());
+        assert!(features.seams.is_empty());
+    }
+
+    #[test]
+    fn births_say_which_charts_are_kept() {
+        let mesh = sheet(2);
+        let said = |birth| Options { attribute_births: vec![("uv".into(), birth)], ..Options::default() };
+        let (_, finest) = of(&mesh, &said(AttributeBirth::Finest));
+        assert_eq!(finest, Features::default());
+        assert!(of(&mesh, &said(AttributeBirth::Base)).1.binding);
+        assert!(!of(&sheet(4), &said(AttributeBirth::Base)).1.binding, "there are none");
+        // What is not finite comes with level 0.
+        let mut broken = mesh;
+        let Numbers::F32(numbers) = &mut broken.attributes[0].values else { panic!("they are") };
+        numbers[7] = f32::NAN;
+        assert_eq!(of(&broken, &Options::default()).1, Features::default());
+    }
+
+    #[test]
+    fn no_value_is_a_value_and_parts_are_charts() {
+        let mut mesh = sheet(4);
+        let corners = &mut mesh.attributes[0].corners;
+        // Two triangles that share a diagonal.
+        corners[..6].fill(NO_VALUE);
+        let (table, features) = of(&mesh, &Options::default());
+        let inner = seams(&table, &features);
+        assert_eq!(inner.len(), 4, "a square in the corner of the sheet has two inner edges: {inner:?}");
+        let mut parts = flat();
+        let side = |t: &[u32; 3]| t.iter().map(|&v| parts.positions[v as usize][0]).sum::<f64>() > 6.0;
+        let numbers: Vec<_> = parts.triangles.iter().map(|t| u32::from(side(t))).collect();
+        parts.attributes.push(Attribute::parts(&numbers));
+        let (table, features) = of(&parts, &Options::default());
+        assert_eq!(seams(&table, &features), along(&parts, 2));
+        assert!(features.values.corners.is_empty(), "a part has no price");
+    }
+
+    /// The texture of the sheet is as large as the sheet: as far as it slips a texture coordinate changes; weights make it more.
+    #[test]
+    fn a_slip_counts_as_far_as_it_is() {
+        let mesh = sheet(4);
+        let size = |options: &Options| {
+            let values = of(&mesh, options).1.values;
+            assert_eq!((values.width, values.of_charts, values.rows.len()), (2, 2, 2 * 20));
+            let number = |k: usize| values.rows.iter().skip(k).step_by(2).copied();
+            (number(0).fold(0.0, f32::max), number(1).fold(0.0, f32::max))
+        };
+        assert_eq!(size(&Options::default()), (4.0, 3.0));
+        let heavy = Options { attribute_weights: vec![("uv".into(), 2.0)], ..Options::default() };
+        assert_eq!(size(&heavy), (8.0, 6.0));
+        let none = Options { attribute_weights: vec![("uv".into(), 0.0)], ..Options::default() };
+        assert_eq!(of(&mesh, &none).1.values, Values::default());
+    }
+}

@@ -104,6 +104,10 @@ impl<'a> Finish<'a> {
         let labelling = Labelling::new(self.input, &kinds, &self.remainder, table, history, positions);
         let attributes = self.input.attributes.iter().zip(&labelling.coarsest).zip(&labelling.parted);
         for (entry, ((attribute, &coarsest), &parted)) in self.entries.iter_mut().zip(attributes) {
+            if entry.constant.is_some() {
+                entry.birth = simplified.history.level_count() as u32;
+                continue;
+            }
             let birth = features::birth(attribute, options);
             let most = match birth {
                 _ if !features::may_be_coarse(attribute, birth) => 0,

@@ -327,9 +327,6 @@ impl<'a> Remover<'a> {
         let mut values = 0.0;
         if let Some((corners, around)) = &around {
             let edge = self.edge_left(v, &star, &best, Some((corners, around)));
-            if corners.turns_over(&star, around, best.triangles.iter(), edge) {
-                return (Energy::NEVER, Shape::NONE);
-            }
             values = corners.price(&star, around, best.triangles.iter(), edge);
         }
         // Where a pattern is followed, it settles the shape.
@@ -478,11 +475,6 @@ impl<'a> Remover<'a> {
         let around = self.around(v, &star);
         let diagonal =
             self.edge_left(v, &star, &best, around.as_ref().map(|(corners, around)| (*corners, around)));
-        if let Some((corners, around)) = &around
-            && corners.turns_over(&star, around, best.triangles.iter(), diagonal)
-        {
-            return None;
-        }
         let (site, flips) = match diagonal {
             Some(diagonal) => best.operation(ring, diagonal),
             None => (Site::Face(ring[0], ring[1], ring[2]), Vec::new()),

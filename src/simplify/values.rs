@@ -1,14 +1,16 @@
 //! What corners are worth beside their positions: values that a removal's price takes in, as Garland and Heckbert (1998) and Hoppe (1999)
-//! do, and normals that new triangles must not turn away from.
+//! do.
 //!
 //! A vertex removed had a value, or one for each part of its star, where the new triangles have another one at the point nearest to it:
-//! area times squared difference is what is lost. What parts at a vertex of the link, and not along the edge that is left, is lost, too.
+//! area times squared difference is what is lost. What parts at a vertex of the link, and not along the edge that is left, is lost, too;
+//! and so are normals of new triangles that point away from them.
 
 use super::polygon::MAX_SIDES;
 use super::star::Star;
 use crate::error::{Error, Result};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::{Labels, Ring, Site};
+use glam::Vec3;
 
 /// Numbers at the corners of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -130,14 +132,16 @@ impl Corners {
         edge: Option<(usize, usize)>,
     ) -> f64 {
         let unit = star.mean_edge * star.mean_edge;
+        let split = Split::new(star, edge);
+        let turned = self.turned(star, around, triangles.clone(), split);
         if around.is_whole {
             let row = around.rows[0][0];
             let rows = |i: usize| around.rows[i.min(around.count - 1)][usize::from(i >= around.count) + 1];
             let foot = foot(star, triangles);
-            return unit * f64::from(star.area) * self.apart(row, foot.map(|(i, weight)| (rows(i), weight)));
+            let apart = self.apart(row, foot.map(|(i, weight)| (rows(i), weight)));
+            return unit * (f64::from(star.area) * apart + turned);
         }
-        let split = Split::new(star, edge);
-        let mut sum = 0.0;
+        let mut sum = turned;
         for side in split.sides() {
             let of_side = triangles.clone().filter(|t| split.has(side, *t));
             let foot = foot(star, of_side).map(|(i, weight)| (around.row(split, side, i), weight));
@@ -166,32 +170,33 @@ impl Corners {
         unit * sum
     }
 
-    /// Whether a triangle of those that take the place of a star would have a corner whose normal points away from it, and no triangle of
-    /// the star has.
-    pub fn turns_over(
+    /// What is lost by normals that point away from a new triangle at its corners, if none does in the star: they are as far off there as
+    /// they can be.
+    fn turned(
         &self,
         star: &Star,
         around: &Around,
         triangles: impl Iterator<Item = [usize; 3]>,
-        edge: Option<(usize, usize)>,
-    ) -> bool {
+        split: Split,
+    ) -> f64 {
         if self.values.normals.is_empty() {
-            return false;
+            return 0.0;
         }
-        let points_away = |normal: glam::Vec3, row: u32| {
+        // The squared difference from the opposite of a normal, of the sum of all.
+        let off = |normal: Vec3, row: u32| -> f32 {
             let row = self.row(row);
-            self.values.normals.iter().any(|&at| normal.dot(glam::Vec3::from_slice(&row[at..at + 3])) < 0.0)
+            let normals = self.values.normals.iter().map(|&at| Vec3::from_slice(&row[at..at + 3]));
+            normals.filter(|n| normal.dot(*n) < 0.0).map(|n| 4.0 * n.length_squared()).sum()
         };
-        let split = Split::new(star, edge);
-        let mut turned = false;
+        let mut sum = 0.0;
         for t in triangles {
             let [a, b, c] = t.map(|i| star.point(i));
-            let normal = (b - a).cross(c - a);
-            let side = split.side_of(t);
-            turned |= t.into_iter().any(|i| points_away(normal, around.row(split, side, i)));
+            let (normal, side) = ((b - a).cross(c - a), split.side_of(t));
+            let corners = t.into_iter().map(|i| off(normal, around.row(split, side, i))).sum::<f32>();
+            sum += f64::from(normal.length() * corners) / 6.0;
         }
-        let were = |i: usize| around.rows[i].iter().any(|&row| points_away(star.normals()[i], row));
-        turned && !(0..around.count).any(were)
+        let were = |i: usize| around.rows[i].iter().any(|&row| off(star.normals()[i], row) > 0.0);
+        if sum > 0.0 && (0..around.count).any(were) { 0.0 } else { sum }
     }
 
     #[inline]
@@ -317,7 +322,7 @@ fn foot(star: &Star, triangles: impl Iterator<Item = [usize; 3]> + Clone) -> [(u
 }
 
 /// What the corners of a triangle weigh at a point of it.
-fn weights([a, b, c]: [glam::Vec3; 3], p: glam::Vec3) -> [f32; 3] {
+fn weights([a, b, c]: [Vec3; 3], p: Vec3) -> [f32; 3] {
     let normal = (b - a).cross(c - a);
     let squared = normal.length_squared();
     if squared > f32::MIN_POSITIVE {
@@ -334,4 +339,225 @@ fn weights([a, b, c]: [glam::Vec3; 3], p: glam::Vec3) -> [f32; 3] {
     let mut weights = [0.0; 3];
     (weights[from], weights[to]) = (1.0 - t, t);
     weights
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::removal::vertices;
+    use super::super::{Features, Options, simplify};
+    use super::*;
+    use crate::mesh::random::SplitMix64;
+    use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
+    use crate::refine::Operation;
+    use bitvec::vec::BitVec;
+    use glam::DVec3;
+
+    fn table(mesh: &IndexedMesh) -> CornerTable {
+        CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap()
+    }
+
+    /// One number a corner.
+    fn values(table: &CornerTable, of: impl Fn(Corner) -> f32) -> Values {
+        let mut values = Values { width: 1, corners: vec![[0; 4]; table.slots()], ..Values::default() };
+        for c in table.triangles().flat_map(|t| t.corners()) {
+            let known = values.rows.iter().position(|&row| row == of(c));
+            let row = known.unwrap_or_else(|| {
+                values.rows.push(of(c));
+                values.rows.len() - 1
+            });
+            values.corners[c.triangle().index()][c.place()] = row as u32;
+        }
+        values
+    }
+
+    fn star(table: &CornerTable, v: Vertex, mesh: &IndexedMesh) -> Star {
+        let at = |v: Vertex| DVec3::from_array(mesh.positions[v.index()]);
+        Star::new(table.link(v).into_iter(), table.is_boundary(v), at(v), at).unwrap()
+    }
+
+    fn run(mesh: &IndexedMesh, values: Values, vertices: usize) -> super::super::Simplified {
+        let (min, max) = lattice::bounds(mesh.positions.iter().copied()).unwrap();
+        let options = Options { base_vertices: Some(vertices), ..Options::default() };
+        let locked = BitVec::repeat(false, mesh.positions.len());
+        let features = Features { values, ..Features::default() };
+        let lattice = Lattice::over(min, max, 14);
+        simplify(table(mesh), &mesh.positions, locked, features, &lattice, &options, &mut |_, _| true)
+            .unwrap()
+    }
+
+    #[test]
+    fn what_is_the_same_everywhere_changes_nothing() {
+        for mesh in [
+            shapes::torus(24, 36),
+            shapes::bumpy_sphere(4, 3),
+            shapes::disc_with_ears(),
+            shapes::grid(20, 30),
+        ] {
+            let free = run(&mesh, Values::default(), 30);
+            let mut constant = values(&table(&mesh), |_| 0.7);
+            constant.of_charts = 1;
+            let priced = run(&mesh, constant, 30);
+            assert_eq!(free.history, priced.history);
+            // Numbers that nobody has have no price.
+            let none = values(&table(&mesh), |_| 0.0);
+            let none = Values { rows: vec![f32::NAN; none.rows.len()], ..none };
+            assert_eq!(free.history, run(&mesh, none, 30).history);
+        }
+    }
+
+    /// A flat sheet may lose everything but for a ridge of its values, which the vertices that are left have to stand along.
+    #[test]
+    fn where_values_bend_vertices_stay() {
+        let mut mesh = shapes::grid(30, 30);
+        mesh.positions.iter_mut().for_each(|p| p[2] = 0.0);
+        let table = table(&mesh);
+        let ridge = |p: [f64; 3]| -> f64 { 1.0 - 0.1 * (p[0] + p[1] - 30.0).abs().min(5.0) };
+        let of = |c: Corner| ridge(mesh.positions[table.vertex(c).index()]) as f32;
+        let off = |done: &super::super::Simplified| {
+            let on = |v: &Vertex| {
+                let [x, y, _] = mesh.positions[v.index()];
+                (x + y - 30.0).abs() <= 6.0
+            };
+            vertices(&done.base).filter(on).count() as f64 / vertices(&done.base).count() as f64
+        };
+        let [free, priced] =
+            [Values::default(), values(&table, of)].map(|values| off(&run(&mesh, values, 80)));
+        assert!(priced > 0.6 && free < 0.5, "{priced} of the vertices, {free} without values");
+    }
+
+    /// A flat regular hexagon, its middle the last vertex, and the fan from the first vertex that may take its place.
+    fn hexagon() -> (IndexedMesh, Star) {
+        let corner = |k: u32| {
+            let turn = std::f64::consts::TAU * f64::from(k) / 6.0;
+            [turn.cos(), turn.sin(), 0.0]
+        };
+        let mut positions: Vec<_> = (0..6).map(corner).collect();
+        positions.push([0.0; 3]);
+        let mesh = IndexedMesh::new(positions, (0..6).map(|k| [6, k, (k + 1) % 6]).collect());
+        let star = star(&table(&mesh), Vertex(6), &mesh);
+        assert_eq!(star.ring(), [0, 1, 2, 3, 4, 5].map(Vertex));
+        (mesh, star)
+    }
+
+    const FAN: [[usize; 3]; 4] = [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]];
+
+    #[test]
+    fn a_price_is_area_times_squared_difference() {
+        let (mesh, star) = hexagon();
+        let table = table(&mesh);
+        let price = |of: &dyn Fn(Corner) -> f32, edge| {
+            let corners = Corners::new(&table, values(&table, of)).unwrap().unwrap();
+            let around = corners.around(&table, Vertex(6), &star);
+            corners.price(&star, &around, FAN.into_iter(), Some(edge))
+        };
+        let area = 1.5 * 3.0f64.sqrt();
+        let close =
+            |price: f64, expected: f64| assert!((price - expected).abs() < 1e-5, "{price} for {expected}");
+        let place = |c: Corner| mesh.positions[table.vertex(c).index()];
+        let plane = |c: Corner| (place(c)[0] + 2.0 * place(c)[1]) as f32;
+        let peak = |c: Corner| plane(c) + if table.vertex(c) == Vertex(6) { 0.5 } else { 0.0 };
+        // A step along the line from the first vertex to the fourth, the fifth of the triangles is between the fourth and the fifth vertex.
+        let step = |c: Corner| if c.triangle().index() < 3 { plane(c) } else { 7.0 };
+        // One that comes to an end inside, along the edge to the third vertex only.
+        let end = |c: Corner| f32::from(u8::from(c == Corner(4 * 2 + 1)));
+        for edge in [(0, 2), (0, 3), (0, 4)] {
+            close(price(&plane, edge), 0.0);
+            close(price(&peak, edge), 0.25 * area);
+        }
+        close(price(&step, (0, 3)), 0.0);
+        assert!(price(&step, (0, 2)) > 1.0 && price(&step, (0, 4)) > 1.0);
+        // A sixth of the star has another value at one of its corners, and not the edge that is left: as if it had it everywhere.
+        close(price(&end, (0, 3)), area / 6.0);
+        close(price(&end, (0, 2)), 0.0);
+    }
+
+    /// Normals of triangles that are turned over are as far off as they can be; where they were before, too, they tell nothing.
+    #[test]
+    fn normals_that_point_away_are_lost() {
+        let (mesh, star) = hexagon();
+        let table = table(&mesh);
+        let price = |z: f32, triangles: [[usize; 3]; 4]| {
+            let corners = vec![[0; 4]; table.slots()];
+            let values =
+                Values { corners, width: 3, rows: vec![0.0, 0.0, z], of_charts: 0, normals: vec![0] };
+            let corners = Corners::new(&table, values).unwrap().unwrap();
+            let around = corners.around(&table, Vertex(6), &star);
+            corners.price(&star, &around, triangles.into_iter(), Some((0, 3)))
+        };
+        let over = FAN.map(|[i, k, j]| [j, k, i]);
+        assert_eq!([price(0.1, FAN), price(-0.1, over), price(-0.1, FAN)], [0.0; 3]);
+        let expected = 1.5 * 3.0f64.sqrt() * 0.2 * 0.2;
+        assert!((price(0.1, over) - expected).abs() < 1e-6, "{} for {expected}", price(0.1, over));
+    }
+
+    /// What a price takes a new corner's row to be is what it is afterwards.
+    #[test]
+    fn rows_are_those_that_are_priced() {
+        let mut seen = 0;
+        for (seed, mesh) in
+            (0..).zip([shapes::torus(8, 6), shapes::sphere(2), shapes::grid(6, 5), shapes::annulus(12)])
+        {
+            let mut random = SplitMix64::new(seed);
+            let table = table(&mesh);
+            let count = table.slots();
+            let of: Vec<f32> = (0..4 * count).map(|_| random.below(3) as f32).collect();
+            let corners = Corners::new(&table, values(&table, |c| of[c.index()])).unwrap().unwrap();
+            for v in vertices(&table) {
+                let star = star(&table, v, &mesh);
+                if star.ring().len() < 3 {
+                    continue;
+                }
+                let Some(best) = star.solve(0.1, |_, _| 0.0).shape.triangulation() else { continue };
+                let sides = star.ring().len();
+                let edges: Vec<_> =
+                    if star.boundary { vec![(sides - 1, 0)] } else { best.diagonals().collect() };
+                for edge in edges {
+                    let (site, flips) = best.operation(star.ring(), edge);
+                    let operation =
+                        Operation { vertex: v, site, first_flip: 0, flip_count: flips.len() as u32 };
+                    let mut coarse = table.clone();
+                    let mut after = Corners {
+                        labels: corners.labels.clone(),
+                        values: corners.values.clone(),
+                        ring: Ring::default(),
+                        areas: Vec::new(),
+                    };
+                    after.read(&table, v, site, &star);
+                    if operation.undo(&mut coarse, &flips).is_err() {
+                        continue;
+                    }
+                    after.settle(&coarse, site);
+                    let around = corners.around(&table, v, &star);
+                    let split = Split::new(&star, Some(edge));
+                    for t in best.triangles.iter() {
+                        let c = coarse.find_directed_edge(star.ring()[t[0]], star.ring()[t[1]]);
+                        let places = [(t[0], c.next()), (t[1], c.prev()), (t[2], c)];
+                        for (i, c) in places {
+                            assert_eq!(coarse.vertex(c), star.ring()[i]);
+                            assert_eq!(after.labels.of(c), around.row(split, split.side_of(t), i));
+                            seen += 1;
+                        }
+                    }
+                }
+            }
+        }
+        assert!(seen > 500, "{seen}");
+    }
+
+    #[test]
+    fn values_are_those_of_the_mesh() {
+        let mesh = shapes::torus(5, 4);
+        let table = table(&mesh);
+        assert!(Corners::new(&table, Values::default()).unwrap().is_none());
+        let good = values(&table, |c| c.place() as f32);
+        assert!(Corners::new(&table, good.clone()).unwrap().is_some());
+        for bad in [
+            Values { width: 2, ..good.clone() },
+            Values { of_charts: 2, ..good.clone() },
+            Values { normals: vec![0], ..good.clone() },
+            Values { corners: good.corners[1..].to_vec(), ..good.clone() },
+        ] {
+            assert!(matches!(Corners::new(&table, bad), Err(Error::Parameter(_))));
+        }
+    }
 }

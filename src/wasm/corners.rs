@@ -2,7 +2,6 @@
 
 use super::surface::Surface;
 use crate::codec::attributes::{Attributes, Column};
-use crate::codec::walk::Walk;
 use crate::container::AttributeEntry;
 use crate::mesh::Triangle;
 use crate::mesh::attributes::{Domain, Semantic, Stored, Values};
@@ -32,7 +31,9 @@ impl Corners {
         let [more_vertices, more_triangles] = surface.counts();
         let triangles = slots + more_triangles;
         let mut corners = Self::default();
-        if entries.iter().any(|entry| entry.domain == Domain::Corner) {
+        // Of what is constant no corner tells.
+        let is_at = |entry: &AttributeEntry| entry.domain == Domain::Corner && entry.constant.is_none();
+        if entries.iter().any(is_at) {
             let wedges = |t: u32| match t.checked_sub(slots) {
                 Some(further) => attributes.further.get(further as usize).copied().unwrap_or_default(),
                 None => surface.as_drawn(t, Triangle(t).corners().map(|c| attributes.wedges.of(c))),
@@ -43,12 +44,17 @@ impl Corners {
             corners.indices.reserve_exact(3 * triangles as usize);
             corners.indices.extend((0..triangles).flat_map(|t| surface.triangle(mesh, t)));
         }
-        let places = entries.iter().any(|entry| entry.domain == Domain::Triangle);
-        let places = if places { places_of(mesh, more_triangles) } else { Vec::new() };
+        let count = corners.vertices.len() as u32;
         for (entry, column) in entries.iter().zip(&attributes.columns) {
             match entry.domain {
-                Domain::Corner => corners.append(entry, column, 0..attributes.count),
-                Domain::Triangle => corners.append(entry, column, places.iter().copied()),
+                Domain::Corner => corners.append(entry, column, 0..count),
+                Domain::Triangle => {
+                    let row = |t: u32| match t.checked_sub(slots) {
+                        Some(further) => attributes.further_row(further),
+                        None => attributes.wedges.row(Triangle(t)),
+                    };
+                    corners.append(entry, column, (0..triangles).map(row));
+                }
             }
         }
         corners
@@ -96,18 +102,6 @@ impl Corners {
 /// The number that stands for none: 0, of parts the largest, for 0 is one.
 fn nothing(semantic: Semantic) -> u64 {
     if semantic == Semantic::Part { u64::MAX } else { 0 }
-}
-
-/// For each triangle of the surface its place in the whole of level 0.
-fn places_of(mesh: &ProgressiveMesh, further: u32) -> Vec<u32> {
-    let walk = Walk::new(&mesh.table, &mesh.roots);
-    let mut places = vec![0; mesh.table.slots()];
-    for (k, c) in walk.triangles.iter().enumerate() {
-        places[c.triangle().index()] = k as u32;
-    }
-    let first = walk.triangles.len() as u32;
-    places.extend(first..first + further);
-    places
 }
 
 /// What a page calls attributes: each by its title, with `_` behind it as often as it takes to have a name of its own. The source's names come

@@ -18,6 +18,8 @@ pub struct Attribute {
     pub origin: Vec<f64>,
     pub step: f64,
     pub error: f64,
+    /// The integers of the value of a constant one.
+    pub constant: Option<Vec<i32>>,
     /// The entry itself.
     pub bytes: Vec<u8>,
 }
@@ -31,7 +33,7 @@ fn read(table: &mut Fields) -> Result<Attribute> {
     let (types, shape, marks) = (table.u8()?, table.u8()?, table.u8()?);
     let (semantic, stored, components, quantisation) =
         (types % 16, types / 16, usize::from(shape % 16) + 1, shape / 16);
-    demand(semantic < 8 && stored < 8 && quantisation < 4 && marks < 32, "3.3: form of an attribute")?;
+    demand(semantic < 8 && stored < 8 && quantisation < 4 && marks < 64, "3.3: form of an attribute")?;
     let is_integer = stored < 6;
     demand(is_integer == (quantisation == 0), "3.3: quantisation of an attribute")?;
     demand(
@@ -40,24 +42,29 @@ fn read(table: &mut Fields) -> Result<Attribute> {
     )?;
     demand(semantic != 6 || (components == 1 && marks % 2 == 1 && is_integer), "3.3: parts")?;
     demand(marks / 2 % 2 == 0 || is_integer, "3.3: fractions")?;
-    demand(marks / 8 == 0 || quantisation == 1, "3.3: marks of a lattice")?;
+    let is_constant = marks / 32 == 1;
+    demand(!is_constant || marks / 4 % 2 == 0, "3.3: a constant that some have not")?;
+    let has_lattice = quantisation == 1 && !is_constant;
+    demand(marks / 8 % 4 == 0 || has_lattice, "3.3: marks of a lattice")?;
     let set = table.varint()?;
     demand(set < 1 << 32, "3.3: set of an attribute")?;
-    let birth = table.varint()?;
+    let birth = if is_constant { u64::MAX } else { table.varint()? };
     let length = table.varint()?;
     demand(length <= 255, "3.6: name of an attribute")?;
     let name = std::str::from_utf8(table.take(length as usize)?);
     let name = name.map_err(|_| "§3.3: name of an attribute".to_owned())?.to_owned();
-    let bits = if quantisation == 1 || quantisation == 2 { table.u8()? } else { 0 };
+    let bits = if has_lattice || quantisation == 2 { table.u8()? } else { 0 };
     let allowed = [0..=0, 1..=24, 2..=16, 0..=0];
-    demand(allowed[usize::from(quantisation)].contains(&bits), "3.3: bits of an attribute")?;
+    let allowed =
+        if is_constant && quantisation == 1 { 0..=0 } else { allowed[usize::from(quantisation)].clone() };
+    demand(allowed.contains(&bits), "3.3: bits of an attribute")?;
     let (mut origin, mut step) = (vec![], 0.0);
-    if quantisation == 1 {
+    if has_lattice {
         let mut real = |short: bool| match short {
             true => Ok(f64::from(f32::from_bits(table.u32()? as u32))),
             false => table.f64(),
         };
-        let (short_origin, short_step) = (marks / 8 % 2 == 1, marks / 16 == 1);
+        let (short_origin, short_step) = (marks / 8 % 2 == 1, marks / 16 % 2 == 1);
         for _ in 0..components {
             origin.push(real(short_origin)?);
         }
@@ -72,6 +79,13 @@ fn read(table: &mut Fields) -> Result<Attribute> {
             "3.3: form of the lattice of an attribute",
         )?;
     }
+    let constant = if is_constant {
+        let (value, at) = read_constant(table, quantisation, stored, components)?;
+        origin = at;
+        Some(value)
+    } else {
+        None
+    };
     let mut error = 0.0;
     if quantisation == 1 || quantisation == 2 {
         let code = table.u16()?;
@@ -94,8 +108,59 @@ fn read(table: &mut Fields) -> Result<Attribute> {
         origin,
         step,
         error,
+        constant,
         bytes,
     })
+}
+
+/// A signed varint.
+fn signed(table: &mut Fields) -> Result<i64> {
+    let x = table.varint()?;
+    demand(x < 1 << 32, "3.3: a number of a constant")?;
+    let x = x as i64;
+    Ok(if x % 2 == 0 { x / 2 } else { -(x + 1) / 2 })
+}
+
+/// The integers of a constant, and on a lattice its origin.
+fn read_constant(
+    table: &mut Fields,
+    quantisation: u8,
+    stored: u8,
+    components: usize,
+) -> Result<(Vec<i32>, Vec<f64>)> {
+    let count = match quantisation {
+        2 => components - 1,
+        3 if stored == 7 => 2 * components,
+        _ => components,
+    };
+    let e = if quantisation == 1 { signed(table)? } else { 0 };
+    demand((-1022..=1023).contains(&e), "3.3: exponent of a constant")?;
+    let (mut numbers, mut before) = (vec![], 0);
+    for _ in 0..count {
+        before = (before + signed(table)?) as i32 as i64;
+        numbers.push(before as i32);
+    }
+    if quantisation != 1 {
+        return Ok((numbers, vec![]));
+    }
+    let is_largest =
+        if numbers.iter().all(|&q| q == 0) { e == 0 } else { numbers.iter().any(|q| q % 2 != 0) };
+    demand(is_largest, "3.3: exponent of a constant")?;
+    let at: Vec<f64> = numbers.iter().map(|&q| f64::from(q) * 2f64.powi(e as i32)).collect();
+    demand(at.iter().all(|x| x.is_finite()), "3.3: a constant")?;
+    Ok((vec![0; count], at))
+}
+
+#[test]
+fn constants_of_the_chapter() {
+    let white = [3, 3, 0x22, 0, 0, 0xFE, 3, 0, 0, 0];
+    let half = [0x62, 0x11, 0x20, 0, 0, 3, 4, 2, 0, 0];
+    let read = read_attributes(&mut Fields(&[white, half].concat()), 2).unwrap();
+    assert_eq!((&read[0].constant, read[0].semantic), (&Some(vec![255; 4]), 3));
+    assert_eq!(
+        (&read[1].constant, &read[1].origin[..], read[1].step),
+        (&Some(vec![0; 2]), &[0.5, 0.75][..], 0.0)
+    );
 }
 
 #[test]
@@ -115,6 +180,7 @@ fn the_example_of_the_chapter() {
         origin: vec![0.0, 0.5],
         step: 2f64.powi(-12),
         error: 2f64.powi(-13),
+        constant: None,
         bytes: bytes.to_vec(),
     };
     assert_eq!(read, [told]);
@@ -128,7 +194,11 @@ fn the_example_of_the_chapter() {
 fn entries_with_any_byte_changed() {
     use super::container::{File, crc32c};
     use unweld::container::parse_contents;
-    let entries: [&[u8]; 4] = [
+    let entries: [&[u8]; 8] = [
+        &[3, 3, 0x22, 0, 0, 0xFE, 3, 0, 0, 0],
+        &[0x62, 0x11, 0x20, 0, 0, 3, 4, 2, 0, 0],
+        &[0x73, 0x30, 0x20, 0, 0, 7, 9],
+        &[0x60, 0x22, 0x20, 0, 0, 10, 3, 0x80, 1, 0x80, 0x3E],
         &[0x62, 0x11, 0x1C, 1, 0, 0, 0x0C, 0, 0, 0, 0, 0, 0, 0, 0x3F, 0, 0, 0x80, 0x39, 0, 0x3F],
         &[0x60, 0x22, 4, 0, 0, 0, 10, 0x80, 0x3E],
         &[0x46, 0x00, 1, 0, 0, 1, b'p'],

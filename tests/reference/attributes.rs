@@ -14,6 +14,9 @@ use super::whole_pass::Pass;
 /// The attributes of a mesh as it stands.
 #[derive(Clone, Default)]
 pub struct Attributes {
+    /// All of the file.
+    pub all: Vec<Attribute>,
+    /// Those that are not constant.
     pub about: Vec<Attribute>,
     /// Which have been born.
     pub alive: Vec<bool>,
@@ -47,7 +50,8 @@ fn corners([x, y, z]: [usize; 3]) -> [(usize, Edge); 3] {
 impl Attributes {
     /// Before any is born.
     pub fn of(file: &File) -> Self {
-        Self::unborn(&file.attributes)
+        let told = file.attributes.iter().filter(|about| about.constant.is_none());
+        Self { all: file.attributes.clone(), ..Self::unborn(&told.cloned().collect::<Vec<_>>()) }
     }
 
     pub fn unborn(about: &[Attribute]) -> Self {
@@ -148,7 +152,17 @@ impl Attributes {
             true => self.of_triangles[k].get(&name(mesh.triangle(c))).cloned(),
             false => self.values[k].get(&self.of[&c]).cloned(),
         };
-        (0..self.about.len()).map(value).collect()
+        self.with_constants((0..self.about.len()).map(value).collect())
+    }
+
+    /// §13.1: of all attributes, with the values of those that are not constant.
+    pub fn with_constants(&self, told: Vec<Option<Value>>) -> Vec<Option<Value>> {
+        let mut told = told.into_iter();
+        let every = self.all.iter().map(|about| match &about.constant {
+            Some(value) => Some(Some(value.clone())),
+            None => told.next().flatten(),
+        });
+        every.collect()
     }
 }
 
@@ -171,7 +185,7 @@ pub fn give_values(
         beyond = further::read(&mut code, attributes, mesh, &walk, whole, origins)?;
         code.end()?;
     }
-    let about = &attributes.about;
+    let about = &attributes.all;
     let numbers_of = |values: Vec<Option<Value>>| -> Numbers {
         let value =
             |(k, value): (usize, Option<Value>)| value.flatten().map(|value| numbers(&about[k], &value));
@@ -187,7 +201,9 @@ pub fn give_values(
                 };
                 corners.map(|c| numbers_of(attributes.integers(mesh, c)))
             }
-            None => beyond.at(t - walk.triangles.len(), attributes).map(numbers_of),
+            None => beyond
+                .at(t - walk.triangles.len(), attributes)
+                .map(|told| numbers_of(attributes.with_constants(told))),
         })
         .collect();
     Ok(())

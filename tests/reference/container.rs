@@ -83,7 +83,8 @@ impl File {
         let attributes = read_attributes(&mut table, attributes.into())?;
         let n = table.varint()?;
         demand((1..=4096).contains(&n), "3.3: number of levels")?;
-        let births: Vec<u64> = attributes.iter().map(|attribute| attribute.birth).collect();
+        let told = attributes.iter().filter(|attribute| attribute.constant.is_none());
+        let births: Vec<u64> = told.map(|attribute| attribute.birth).collect();
         demand(births.iter().all(|&birth| birth < n), "3.3: birth of an attribute")?;
         let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step, &births)?;
         table::read_payloads(&mut table, n - 1, &mut atoms)?;

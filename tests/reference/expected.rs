@@ -15,7 +15,7 @@ const COORDINATES: u8 = 2;
 /// The models of an attribute's values, and what they remember.
 pub struct Values {
     residuals: Vec<Residual>,
-    costs: Vec<[i64; 3]>,
+    costs: Vec<[i64; 5]>,
     constant: bool,
     again: Model,
     /// Whether they have told of a value, or that there is none.
@@ -28,7 +28,7 @@ pub struct Values {
 
 /// What is expected of a value.
 struct Expected {
-    ways: [Vec<i32>; 3],
+    ways: [Vec<i32>; 5],
     count: usize,
     sources: usize,
     spread: Vec<u32>,
@@ -39,7 +39,7 @@ impl Values {
         let n = integers(about);
         Self {
             residuals: (0..n).map(|_| Residual::fresh()).collect(),
-            costs: vec![[0; 3]; n],
+            costs: vec![[0; 5]; n],
             constant: true,
             again: Model::FRESH,
             any: false,
@@ -120,7 +120,7 @@ impl Values {
         let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
         let beside = at.corners.iter().flat_map(|&c| [at.mesh.next(c), at.mesh.prev(c)]);
         let near = beside.filter_map(known).next().or(p).unwrap_or(&self.last).clone();
-        let ways = [near.clone(), near.clone(), near];
+        let ways = [0; 5].map(|_| near.clone());
         let guess = Expected { ways, count: 1, sources: 0, spread: vec![0; integers(about)] };
         match about.semantic {
             4 | 6 => guess,
@@ -266,7 +266,28 @@ fn normals(at: &Place, about: &Attribute, mut guess: Expected) -> Expected {
     }
     guess.count = 3;
     guess.sources = at.corners.len();
-    for ((way, s), length) in guess.ways.iter_mut().zip(s).zip(lengths) {
+    let mut s = [s[0], s[1], s[2], [0.0; 3], [0.0; 3]];
+    let mut lengths = [lengths[0], lengths[1], lengths[2], 0.0, 0.0];
+    let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
+    for &c in at.corners {
+        for value in [at.mesh.next(c), at.mesh.prev(c)].into_iter().filter_map(known) {
+            let x: Vec<f64> = match about.quantisation {
+                2 => direction(value[0].into(), value[1].into(), radius(about)).to_vec(),
+                _ => components_of(about, value),
+            };
+            s[3] = [0, 1, 2].map(|k| s[3][k] + x[k]);
+        }
+    }
+    lengths[3] = dot(s[3], s[3]).sqrt();
+    if lengths[3] > 0.0 && lengths[3].is_finite() {
+        s[4] = [0, 1, 2].map(|k| s[0][k] / lengths[0] + s[3][k] / lengths[3]);
+        lengths[4] = dot(s[4], s[4]).sqrt();
+        if lengths[4] > 0.0 {
+            guess.count = 5;
+        }
+    }
+    let count = guess.count;
+    for ((way, s), length) in guess.ways.iter_mut().zip(s).zip(lengths).take(count) {
         if about.quantisation == 2 {
             way[..2].copy_from_slice(&nearest(s, radius(about)));
         } else {

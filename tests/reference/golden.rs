@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use unweld::codec::grid::Real;
-use unweld::encoder::{Encoder, Keyframes, Options, Preview};
+use unweld::encoder::{AttributeBirth, Encoder, Keyframes, Options, Preview};
 use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
@@ -98,14 +98,45 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
                 ..small(8, 4, 5)
             },
         ),
-        ("values.uwm", painted(), Options { keyframes: Keyframes::Every(4), ..small(10, 6, 8) }),
+        (
+            "values.uwm",
+            painted(),
+            Options { keyframes: Keyframes::Every(4), attribute_births: kept(), ..small(10, 6, 8) },
+        ),
         (
             "exact_values.uwm",
             painted(),
-            Options { exact: Some(Real::Binary32), keep_order: true, ..small(10, 6, 8) },
+            Options {
+                attribute_births: kept(),
+                exact: Some(Real::Binary32),
+                keep_order: true,
+                ..small(10, 6, 8)
+            },
         ),
+        ("constants.uwm", washed(), small(10, 6, 9)),
         ("born_values.uwm", dressed(), Options { keyframes: Keyframes::Every(3), ..small(10, 8, 9) }),
     ]
+}
+
+/// Charts are kept down to the base, and parts come last.
+fn kept() -> Vec<(String, AttributeBirth)> {
+    vec![("uv".into(), AttributeBirth::Base), ("part".into(), AttributeBirth::Finest)]
+}
+
+/// The same shape with attributes of one value each.
+fn washed() -> IndexedMesh {
+    let mut mesh = painted();
+    let n = mesh.triangles.len();
+    let of = |semantic, components, values| Attribute::new(semantic, components, values, vec![0; 3 * n]);
+    mesh.attributes = vec![
+        Attribute { normalised: true, ..of(Semantic::Color, 4, Values::U8(vec![255; 4])) },
+        of(Semantic::TexCoord, 2, Values::F32(vec![0.5, -0.75])),
+        of(Semantic::Normal, 3, Values::F32(vec![0.6, 0.0, 0.8])),
+        of(Semantic::Weights, 4, Values::F32(vec![0.1, 0.2, 0.3, 0.4])),
+        of(Semantic::Generic, 1, Values::F64(vec![f64::NEG_INFINITY])),
+        Attribute::parts(&vec![7; n]),
+    ];
+    mesh
 }
 
 /// A ball and a triangle that it has twice: texture coordinates with a seam, normals, colours at corners, a part for each triangle, and
@@ -238,6 +269,18 @@ fn both_decoders_read_them() {
     }
 }
 
+/// What is the same everywhere is told once, and known at every corner of every level, of further triangles too.
+#[test]
+fn constants_are_everywhere() {
+    let seen = agree(&load("constants.uwm")).expect("both read it");
+    let white = vec![255u64; 4];
+    assert!(seen.whole.values.len() == 81 && seen.levels.len() == 12);
+    for corner in seen.whole.values.as_flattened() {
+        assert!(corner.len() == 6 && corner[0] == Some(white.clone()), "{corner:?}");
+        assert_eq!(corner[4], Some(vec![f64::NEG_INFINITY.to_bits()]));
+    }
+}
+
 /// Asserts that the whole is the mesh, to the last bit; in order, or but for the order and repeated vertices.
 pub fn same_bits(mesh: &IndexedMesh, whole: &Whole, in_order: bool) {
     let bits = |positions: &[[f64; 3]]| -> Vec<_> { positions.iter().map(|p| p.map(f64::to_bits)).collect() };
@@ -282,13 +325,17 @@ fn they_are_what_the_read_me_says() {
     };
     assert_eq!(kinds("values.uwm"), [(2, 1, 0), (0, 2, 0), (3, 0, 2), (7, 0, 4), (6, 0, 1)]);
     assert_eq!(kinds("exact_values.uwm"), [(2, 3, 0), (0, 3, 0), (3, 0, 2), (7, 0, 4), (6, 0, 1)]);
-    assert_eq!(figures("born_values.uwm"), (10, 3, true, 12, 0));
+    let constant = |a: &super::attribute::Attribute| a.constant.is_some();
+    let washed = File::read(&load("constants.uwm")).unwrap();
+    assert!(washed.attributes.len() == 6 && washed.attributes.iter().all(constant));
+    assert!(!washed.payload(RESIDUE, 0).is_empty() && washed.atoms.iter().all(|atom| atom.kind != 8));
+    assert_eq!(figures("born_values.uwm"), (11, 4, true, 8, 0));
     let births = |name| {
         let file = File::read(&load(name)).unwrap();
         file.attributes.iter().map(|a| a.birth).collect::<Vec<_>>()
     };
     assert_eq!(births("values.uwm"), [11, 11, 11, 11, 0]);
-    assert_eq!(births("born_values.uwm"), [9, 9, 1, 9]);
+    assert_eq!(births("born_values.uwm"), [10, 10, 1, 10]);
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
     let births = File::read(&load("births.uwm")).unwrap();
     let with = (0..births.levels.len()).filter(|&j| !births.atoms_of(BIRTH, j).is_empty()).count();

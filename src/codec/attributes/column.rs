@@ -18,14 +18,17 @@ impl Column {
         Self { kind, values: Vec::new(), known: BitVec::new() }
     }
 
-    /// How many values there are, those that are none included.
+    /// How many values there are, those that are none included; 0 where none are coded, all being the same.
     pub fn count(&self) -> usize {
         self.known.len()
     }
 
-    /// A value; `None` where it is none, or not known yet.
+    /// A value; `None` where it is none, or not known yet. Of a constant attribute always the one that it has.
     #[inline]
     pub fn value(&self, at: u32) -> Option<&[i32]> {
+        if let Some(value) = &self.kind.constant {
+            return Some(value);
+        }
         if !self.known.get(at as usize).is_some_and(|known| *known) {
             return None;
         }

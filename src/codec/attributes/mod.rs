@@ -69,7 +69,9 @@ impl Attributes {
     /// Attributes of which nothing is known but their kinds.
     pub fn new(kinds: impl IntoIterator<Item = Kind>) -> Self {
         let columns: Vec<Column> = kinds.into_iter().map(Column::new).collect();
-        Self { is_born: vec![false; columns.len()], columns, ..Self::default() }
+        // What is constant is known at every level.
+        let is_born = columns.iter().map(|column| column.kind.constant.is_some()).collect();
+        Self { is_born, columns, ..Self::default() }
     }
 
     /// Whether the values of an attribute are known; it is then alive.
@@ -124,7 +126,8 @@ impl Attributes {
         known: &K,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
-        let born: Vec<usize> = (0..self.columns.len()).filter(|&k| self.is_born(k)).collect();
+        let told = |k: &usize| self.is_born(*k) && self.columns[*k].kind.constant.is_none();
+        let born: Vec<usize> = (0..self.columns.len()).filter(told).collect();
         if born.is_empty() {
             return Ok(());
         }
@@ -156,7 +159,7 @@ impl Attributes {
     }
 
     fn at_corners(&self, columns: &[usize]) -> Vec<usize> {
-        columns.iter().copied().filter(|&k| self.columns[k].kind.domain == Domain::Corner).collect()
+        columns.iter().copied().filter(|&k| self.columns[k].kind.is_coded_at(Domain::Corner)).collect()
     }
 
     /// For each corner of each triangle of a mesh its wedge: those of its walk, and of the further triangles of `residue`.
@@ -170,6 +173,11 @@ impl Attributes {
         // Where there are but columns of triangles, nothing has a wedge.
         corners.resize(walk.triangles.len() + further, [Wedges::NONE; 3]);
         corners
+    }
+
+    /// The row of a further triangle of level 0.
+    pub fn further_row(&self, k: u32) -> u32 {
+        self.further_row.saturating_add(k)
     }
 
     /// For each triangle of a mesh its row, likewise.

@@ -65,7 +65,8 @@ impl Attributes {
     /// Room for wedges, where there is none.
     pub(super) fn open(&mut self, ground: Ground, budget: &mut Budget) -> Result<(), WholeError> {
         let table = &ground.mesh.table;
-        if self.wedges.is_empty() && !ground.born.is_empty() {
+        let told = |&k: &usize| self.columns[k].kind.constant.is_none();
+        if self.wedges.is_empty() && ground.born.iter().any(told) {
             budget.take_memory(Wedges::bytes(table), 1)?;
             self.wedges = Wedges::open(table);
         }
@@ -125,7 +126,7 @@ impl Attributes {
         mut behind: impl FnMut(&mut Self, usize, &mut CornerModels, &mut C, &mut Budget) -> Result<(), WholeError>,
     ) -> Result<(), WholeError> {
         let Ground { mesh, walk, .. } = ground;
-        let of = |k: &usize| self.columns[*k].kind.domain == Domain::Triangle;
+        let of = |k: &usize| self.columns[*k].kind.is_coded_at(Domain::Triangle);
         let born: Vec<usize> = ground.born.iter().copied().filter(of).collect();
         let table = &mesh.table;
         let first = self.rows;
@@ -134,7 +135,7 @@ impl Attributes {
             self.number_rows(walk, budget)?;
         }
         for k in 0..self.columns.len() {
-            if self.columns[k].kind.domain != Domain::Triangle {
+            if !self.columns[k].kind.is_coded_at(Domain::Triangle) {
                 continue;
             }
             let mut models = CornerModels::new(&self.columns[k]);
@@ -168,7 +169,7 @@ impl Attributes {
     /// New rows for triangles as the walk meets them, with the values that are known of their old ones: these stay, for who goes back.
     fn number_rows(&mut self, walk: &Walk, budget: &mut Budget) -> Result<(), WholeError> {
         let known: Vec<usize> = (0..self.columns.len())
-            .filter(|&k| self.is_born(k) && self.columns[k].kind.domain == Domain::Triangle)
+            .filter(|&k| self.is_born(k) && self.columns[k].kind.is_coded_at(Domain::Triangle))
             .collect();
         let integers: usize = known.iter().map(|&k| self.columns[k].kind.integers() + 1).sum();
         budget.take_memory(walk.triangles.len(), 4 * integers)?;

@@ -22,6 +22,7 @@ fn plain(semantic: Semantic, components: usize, stored: Stored) -> AttributeEntr
         birth: 0,
         quantisation: if stored.is_float() { Quantisation::Raw } else { Quantisation::Integer },
         error: 0.0,
+        constant: None,
     }
 }
 
@@ -64,15 +65,77 @@ fn of_each_kind() {
     assert_eq!(contents.atoms[8].kind, AtomKind::Attributes);
 }
 
+/// White of four bytes, all the same: the second example of spec §3.3.
+const WHITE: [u8; 10] = [0x03, 0x03, 0x22, 0, 0, 0xFE, 0x03, 0, 0, 0];
+
+#[test]
+fn constants() {
+    let white = plain(Semantic::Color, 4, Stored::U8);
+    let white = AttributeEntry { normalised: true, constant: Some(vec![255; 4]), ..white };
+    let mut written = Vec::new();
+    white.write(&mut written).unwrap();
+    assert_eq!(written, WHITE);
+    assert_eq!(AttributeEntry::read(&mut Fields::new(&WHITE, 0, "3.3")), Ok(white.clone()));
+    assert_eq!((white.bits(), white.kind().constant), (None, Some(vec![255; 4])));
+    for cut in 0..WHITE.len() {
+        assert!(AttributeEntry::read(&mut Fields::new(&WHITE[..cut], 0, "3.3")).is_err());
+    }
+    // 1/2 and 3/4, of binary32 on their lattice: 2 and 3 quarters. Then what is refused of them.
+    let half: &[u8] = &[0x62, 0x11, 0x20, 0, 0, 3, 4, 2, 0, 0];
+    let entry = AttributeEntry::read(&mut Fields::new(half, 0, "3.3")).unwrap();
+    assert_eq!(entry.quantisation, Quantisation::Lattice { bits: 1, origin: vec![0.5, 0.75], step: 0.0 });
+    assert_eq!((&entry.constant, entry.error), (&Some(vec![0, 0]), 0.0));
+    for (with, what) in [
+        (&[1, 8, 4][..], "a constant is not finite or not in its shortest form"),
+        (&[3, 0, 0], "a constant is not finite or not in its shortest form"),
+        (&[0xFE, 0x0F, 10, 0], "a constant is not finite or not in its shortest form"),
+        (&[0x80, 0x10, 2, 0], "a constant is not finite or not in its shortest form"),
+        (&[0x83, 0, 2, 0], "a number of a constant is not an integer in its shortest form"),
+    ] {
+        let bytes = [&half[..5], with, &[0, 0]].concat();
+        let told = AttributeEntry::read(&mut Fields::new(&bytes, 100, "3.3")).unwrap_err();
+        assert_eq!(told, FormatError::new(105, "3.3", what), "{with:?}");
+    }
+    let bytes = [&WHITE[..5], &[0x80, 0x80, 0x80, 0x80, 0x10]].concat();
+    let told = AttributeEntry::read(&mut Fields::new(&bytes, 100, "3.3")).unwrap_err();
+    assert_eq!(
+        told,
+        FormatError::new(105, "3.6", "a number of a constant is 4294967296, allowed 4294967295")
+    );
+}
+
+#[test]
+fn constants_have_no_payload() {
+    let mut file = born_file();
+    file.attributes[1].partial = false;
+    let lattice = Quantisation::Lattice { bits: 1, origin: vec![0.5, -3.0], step: 0.0 };
+    file.attributes[1].quantisation = lattice;
+    for (k, value) in [(1, vec![0; 2]), (2, vec![9; 4]), (3, vec![70_000]), (4, vec![-5; 16])] {
+        file.attributes[k].constant = Some(value);
+    }
+    file.pieces.retain(|piece| piece.kind != AtomKind::Attributes);
+    let told = contents(&file);
+    assert_eq!(told.births_at(1).chain(told.births_at(0)).count(), 0);
+    assert_eq!(told.alive_at(2).collect::<Vec<_>>(), [0, 1, 2, 3, 4]);
+    for (told, given) in told.attributes.iter().zip(&file.attributes) {
+        assert_eq!(told, &AttributeEntry { birth: 2, ..given.clone() });
+    }
+    // They are alive from the base on, and nothing is told of them.
+    file.payload(AtomKind::Attributes, 1, b"values");
+    assert_eq!(refusal(file), "an atom of kind Attributes at level 1 has no place");
+}
+
 #[test]
 fn each_rule_is_checked() {
     /// Where, what instead, of how many bytes of the example; what is told of it.
     type Rule = (usize, &'static [u8], usize, u64, &'static str, &'static str);
-    let rules: [Rule; 28] = [
+    let rules: [Rule; 30] = [
         (0, &[0x68], 1, 100, "3.3", "unknown semantic 8"),
         (0, &[0x82], 1, 100, "3.3", "unknown stored type 8"),
         (1, &[0x41], 1, 101, "3.3", "unknown quantisation 4"),
-        (2, &[0x3C], 1, 102, "3.3", "unknown marks 60 of an attribute"),
+        (2, &[0x5C], 1, 102, "3.3", "unknown marks 92 of an attribute"),
+        (2, &[0x3C], 1, 102, "3.3", "marks of a lattice where there is none"),
+        (2, &[0x24], 1, 102, "3.3", "a value that all have, where some have none"),
         (2, &[0x1E], 1, 102, "3.3", "floating-point numbers that stand for fractions"),
         (1, &[0x31], 1, 102, "3.3", "marks of a lattice where there is none"),
         (1, &[0x21], 1, 102, "3.3", "marks of a lattice where there is none"),
@@ -305,7 +368,17 @@ fn what_has_no_form_is_not_written() {
     type Change = fn(&mut AttributeEntry);
     let lattice = |bits, origin: &[f64], step| Quantisation::Lattice { bits, origin: origin.to_vec(), step };
     let uv = |quantisation| AttributeEntry { quantisation, ..plain(Semantic::TexCoord, 2, Stored::F32) };
-    let rules: [(Change, &str); 12] = [
+    let rules: [(Change, &str); 16] = [
+        (|a| a.constant = Some(vec![0; 2]), "uv: no such constant"),
+        (|a| a.constant = Some(vec![0; 3]), "uv: no such constant"),
+        (|a| (a.constant, a.quantisation) = (Some(vec![0]), Quantisation::Raw), "uv: no such constant"),
+        (
+            |a| {
+                (a.constant, a.partial, a.quantisation, a.error) =
+                    (Some(vec![0; 2]), true, Quantisation::Raw, 0.0)
+            },
+            "a value that all have, where some have none",
+        ),
         (|a| a.components = 0, "uv: no such number of numbers a value"),
         (|a| a.components = 17, "uv: no such number of numbers a value"),
         (|a| a.components = 3, "uv: the origin has another number of numbers"),
@@ -355,13 +428,14 @@ proptest! {
         prop_assert_eq!(told.attributes.len(), given.len());
         for (told, given) in told.attributes.iter().zip(given) {
             prop_assert!((given.error..=given.error * (1.0 + 1.0 / 128.0)).contains(&told.error));
-            prop_assert_eq!(told, &AttributeEntry { error: told.error, ..given });
+            let birth = if given.constant.is_some() { 2 } else { given.birth };
+            prop_assert_eq!(told, &AttributeEntry { birth, error: told.error, ..given });
         }
     }
 
     /// What is read has one form.
     #[test]
-    fn one_form(mut bytes: Vec<u8>, first in 0u8..8, shape in 0u8..64, marks in 0u8..32) {
+    fn one_form(mut bytes: Vec<u8>, first in 0u8..8, shape in 0u8..64, marks in 0u8..64) {
         bytes.splice(0..bytes.len().min(3), [first | 0x60, shape, marks]);
         let mut fields = Fields::new(&bytes, 0, "3.3");
         if let Ok(entry) = AttributeEntry::read(&mut fields) {

@@ -32,8 +32,10 @@ struct Layout {
     rows: usize,
     /// Bytes from one column of a matrix to the next.
     column: usize,
-    /// Bytes of an element.
+    /// Bytes of an element, but for what pads its last column.
     element: usize,
+    /// Bytes from one element to the next, where they are close together.
+    stride: usize,
 }
 
 impl<'d> Accessor<'d> {
@@ -56,7 +58,8 @@ impl<'d> Accessor<'d> {
         if number == 0 || number > MAX_ELEMENTS as usize {
             return Err(count.fault(format!("{number} elements, allowed 1 to {MAX_ELEMENTS}")));
         }
-        let layout = Layout { rows, column, element: (columns - 1) * column + rows * size };
+        let layout =
+            Layout { rows, column, element: (columns - 1) * column + rows * size, stride: columns * column };
         Ok(Self {
             document,
             at,
@@ -148,9 +151,9 @@ impl<'d> Accessor<'d> {
         list: &mut Vec<T>,
         from: fn([u8; N]) -> T,
     ) -> Result<()> {
-        let Layout { rows, column, element } = self.layout;
+        let Layout { rows, column, element, stride } = self.layout;
         let view = self.document.view(view)?;
-        let stride = view.stride.unwrap_or(element);
+        let stride = view.stride.unwrap_or(stride);
         let offset = at.count("byteOffset")?.unwrap_or(0);
         if stride < element {
             return Err(at.fault(format!("elements of {element} bytes, {stride} apart")));

@@ -113,7 +113,8 @@ impl<'a> Document<'a> {
             let Some(cell) = self.unpacked.get(number.number()?) else { break };
             if cell.get().is_none() {
                 let packing = meshopt::Packing::new(&packed)?;
-                self.take(packing.count, packing.stride)?;
+                // Indices are listed first.
+                self.take(packing.count, packing.stride + size_of::<u32>())?;
                 // The decoder fills the list: nobody else may.
                 let _ = cell.set(packing.unpack(self.stretch(&packed)?, &packed)?);
             }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, HashMap};
 use super::accessor::Accessor;
 use super::column::{self, Column};
 use super::document::Document;
-use super::json::At;
+use super::json::{At, fault};
 use super::notes::Notes;
 use super::primitive::{self, POSITION, Primitive, Stored, Topology};
 use super::scene::{Instance, Scene, fraction};
@@ -26,7 +26,7 @@ pub(super) fn flatten<'d>(
 ) -> Result<(IndexedMesh, Vec<String>)> {
     let meshes = document.root().list("meshes")?;
     let shown: Vec<&[Instance]> = scene.instances.chunk_by(|a, b| a.mesh == b.mesh).collect();
-    let mut flat = Flat { document, columns: columns(document, &meshes, &shown)?, ..Flat::new(document) };
+    let mut flat = Flat::new(document, columns(document, &meshes, &shown)?);
     for column in flat.columns.values() {
         notes.retyped.extend(column.retyped());
     }
@@ -87,22 +87,21 @@ struct Flat<'d> {
 }
 
 impl<'d> Flat<'d> {
-    fn new(document: &'d Document<'d>) -> Self {
+    fn new(document: &'d Document<'d>, columns: BTreeMap<column::Key<'d>, Column>) -> Self {
         let (positions, triangles, parts, names) = Default::default();
-        Self { document, positions, triangles, parts, names, named: false, columns: BTreeMap::new() }
+        Self { document, positions, triangles, parts, names, named: false, columns }
     }
 
     /// A new part, by the names that its mesh and its material have, or else by their numbers.
     fn part(&mut self, mesh: &At<'d>, primitive: &Primitive<'d>) -> Result<u32> {
-        let called = |at: &At<'_>, list: &str, what: &str| -> Result<(String, bool)> {
+        let called = |at: &At<'_>, what: &str| -> Result<(String, bool)> {
             let name = at.text("name")?.filter(|name| !name.trim().is_empty());
             let number = at.pointer.rsplit('/').next().unwrap_or_default();
-            let name_of = name.map(|name| name.split_whitespace().collect::<Vec<_>>().join(" "));
-            debug_assert!(at.pointer.starts_with(&format!("/{list}/")));
-            Ok((name_of.unwrap_or_else(|| format!("{what} {number}")), name.is_some()))
+            let in_line = name.map(|name| name.split_whitespace().collect::<Vec<_>>().join(" "));
+            Ok((in_line.unwrap_or_else(|| format!("{what} {number}")), name.is_some()))
         };
         let primitives = mesh.list("primitives")?;
-        let (name, named) = called(mesh, "meshes", "mesh")?;
+        let (name, named) = called(mesh, "mesh")?;
         let mut lines = vec![format!("o {name}")];
         self.named |= named;
         if primitives.len() > 1 {
@@ -110,7 +109,7 @@ impl<'d> Flat<'d> {
         }
         if let Some(number) = primitives.get(primitive.number).and_then(|primitive| primitive.key("material"))
         {
-            let (name, named) = called(&self.document.named("materials", &number)?, "materials", "material")?;
+            let (name, named) = called(&self.document.named("materials", &number)?, "material")?;
             lines.push(format!("usemtl {name}"));
             self.named |= named;
         }
@@ -175,8 +174,9 @@ impl<'d> Flat<'d> {
             let point = instance.world.point(place);
             if let Some(k) = place.iter().position(|x| !x.is_finite()) {
                 let axis = ["x", "y", "z"][k];
-                let what = format!("/primitives/{}: {axis} of vertex {v} is {}", primitive.number, place[k]);
-                return Err(super::json::fault(&format!("{}{what}", mesh.pointer), "").into());
+                let pointer =
+                    format!("{}/primitives/{}/attributes/{POSITION}", mesh.pointer, primitive.number);
+                return Err(fault(&pointer, format!("{axis} of vertex {v} is {}", place[k])));
             }
             if !point.iter().all(|x| x.is_finite()) {
                 let node = format!("/nodes/{}", instance.node);

@@ -64,7 +64,7 @@ impl<'a> At<'a> {
     /// This value as a whole number.
     pub(super) fn number(&self) -> Result<usize> {
         // Some writers have 3.0 for 3.
-        let whole = |x: f64| (x >= 0.0 && x <= MOST_WHOLE && x.fract() == 0.0).then_some(x as u64);
+        let whole = |x: f64| ((0.0..=MOST_WHOLE).contains(&x) && x.fract() == 0.0).then_some(x as u64);
         let number = self.value.as_u64().or_else(|| self.value.as_f64().and_then(whole));
         let number = number.ok_or_else(|| self.fault("not a whole number, 0 or more"))?;
         usize::try_from(number).map_err(|_| self.fault("too large"))

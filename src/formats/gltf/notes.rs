@@ -139,10 +139,13 @@ pub(super) fn shortened(name: &str) -> String {
     format!("{}{dots}", shown.escape_debug())
 }
 
-/// Beginnings of the names of extensions that say how things look, not what shape they have.
-const LOOKS: [&str; 8] = [
+/// Beginnings of the names of extensions that say how things look, or what they are, but not what shape they have.
+const LOOKS: [&str; 11] = [
     "KHR_materials_",
+    "KHR_techniques_",
     "KHR_texture_",
+    "EXT_mesh_features",
+    "EXT_structural_metadata",
     "EXT_texture_",
     "MSFT_texture_",
     "KHR_lights_",

@@ -1,5 +1,6 @@
 //! What a mesh has beside positions: values at its corners and triangles, such as texture coordinates, normals, colours and parts.
 
+pub(crate) mod dyadic;
 pub(crate) mod quantise;
 mod values;
 
@@ -206,12 +207,19 @@ pub struct Kind {
     pub partial: bool,
     /// How numbers became integers.
     pub quantisation: Quantisation,
+    /// The integers of the value that all corners, or triangles, have, where there is but that one: nothing of it is coded.
+    pub constant: Option<Vec<i32>>,
 }
 
 impl Kind {
     /// Integers a value.
     pub fn integers(&self) -> usize {
         self.quantisation.integers(self.components, self.stored)
+    }
+
+    /// Whether it has values of `domain` that are to be coded.
+    pub fn is_coded_at(&self, domain: Domain) -> bool {
+        self.domain == domain && self.constant.is_none()
     }
 }
 

@@ -49,9 +49,13 @@ impl Quantisation {
             let (least, most) = (*Self::OCTAHEDRAL_BITS.start(), *Self::OCTAHEDRAL_BITS.end());
             return Self::Octahedral { bits: bits.unwrap_or(10).clamp(least, most) };
         }
+        Self::over(attribute, Self::lattice_bits(attribute, bits)).unwrap_or(Self::Raw)
+    }
+
+    /// The usual bits of a number on a lattice, or so many `bits`, as many as it can have at most.
+    pub(crate) fn lattice_bits(attribute: &Attribute, bits: Option<u32>) -> u32 {
         let usual = if attribute.semantic == Semantic::Color { 10 } else { 12 };
-        let (least, most) = (*Self::LATTICE_BITS.start(), *Self::LATTICE_BITS.end());
-        Self::over(attribute, bits.unwrap_or(usual).clamp(least, most)).unwrap_or(Self::Raw)
+        bits.unwrap_or(usual).clamp(*Self::LATTICE_BITS.start(), *Self::LATTICE_BITS.end())
     }
 
     /// The lattice over all values that a corner has; `None` where it would not be finite.

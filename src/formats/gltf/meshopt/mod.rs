@@ -80,7 +80,7 @@ impl Packing {
     /// # Errors
     /// Where the data are damaged, or end early.
     pub(super) fn unpack(&self, packed: &[u8], at: &At<'_>) -> Result<Vec<u8>> {
-        // Headers aside, eight vertices take a bit or more of each of their bytes' groups, an index a byte.
+        // A block of vertices has a control byte or more, an index is a byte or more, or a third of that.
         let most = packed.len().saturating_mul(MOST_A_BYTE);
         if self.count > most {
             return Err(at.fault(format!("{} elements in {} bytes", self.count, packed.len())));
@@ -112,7 +112,7 @@ impl Packing {
     }
 }
 
-/// Most elements that a byte may stand for: 16 of four bytes each are one bit pair a byte.
+/// Most elements that a byte may stand for: as many as a block has.
 const MOST_A_BYTE: usize = 256;
 
 /// The next so many bytes of what is left.

@@ -18,7 +18,7 @@ pub(super) fn unpack(packed: &[u8], count: usize, size: usize) -> Option<Vec<u8>
     let (first, channels) = tail_bytes.get(padded - tail..)?.split_at_checked(size)?;
     let mut last = first.to_vec();
     let mut unpacked = vec![0; count * size];
-    let block = (BLOCK_BYTES / size & !(GROUP - 1)).min(BLOCK);
+    let block = ((BLOCK_BYTES / size) & !(GROUP - 1)).min(BLOCK);
     for vertices in unpacked.chunks_mut(block * size) {
         let count = vertices.len() / size;
         let controls = take(&mut rest, if version == 0 { 0 } else { size / 4 })?;

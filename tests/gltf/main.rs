@@ -1,0 +1,11 @@
+//! glTF in: geometry, attributes and parts of scenes made by code; faults; real files where they are.
+#![cfg(feature = "formats")]
+
+mod attributes;
+mod builder;
+mod compressed;
+mod faults;
+mod files;
+mod geometry;
+#[cfg(feature = "cli")]
+mod real;

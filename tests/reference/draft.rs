@@ -1,6 +1,8 @@
 //! A file in parts, to be changed and sealed again with checksums that fit.
 
-use super::container::{ATTRIBUTES, Atom, BASE, BIRTH, File, KEYFRAME, PRECISION, REFINEMENT, checksum, crc32c};
+use super::container::{
+    ATTRIBUTES, Atom, BASE, BIRTH, File, KEYFRAME, PRECISION, REFINEMENT, checksum, crc32c,
+};
 
 /// A file without the fields that follow from the others.
 #[derive(Clone)]

@@ -220,11 +220,10 @@ impl Session {
                 self.start_from(contents, atom, offset, payload, events)?;
             }
             AtomKind::Birth => self.bear(contents, atom, offset, payload, events)?,
-            AtomKind::Attributes if atom.level > 0 => {
-                if self.level == Some(atom.level) && !self.stopped {
-                    self.bear_attributes(contents, atom, offset, payload, events)?;
-                }
+            AtomKind::Attributes if atom.level > 0 && self.level == Some(atom.level) && !self.stopped => {
+                self.bear_attributes(contents, atom, offset, payload, events)?;
             }
+            AtomKind::Attributes if atom.level > 0 => {}
             // A way in that was not taken.
             AtomKind::Base | AtomKind::Keyframe => {}
             AtomKind::Metadata => {

@@ -201,9 +201,8 @@ impl Attributes {
         }
         for i in inner.clone() {
             if is_open(i, spokes) {
-                let [a, b] = sides(i);
-                let _ = a;
-                let context = [far(i), bend(vicinity.mesh, table.opposite(b.prev()), b.prev())];
+                let facing = corners[i].prev();
+                let context = [far(i), bend(vicinity.mesh, table.opposite(facing), facing)];
                 spokes[i] = coder.bit(&mut models.breaks[context[0]][context[1]], || truth(i));
             }
         }

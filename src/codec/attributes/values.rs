@@ -52,6 +52,7 @@ impl ValueModels {
     ///
     /// # Errors
     /// [`CodingError`] where the value is none.
+    #[expect(clippy::too_many_arguments)]
     pub fn code<C: BitCoder>(
         &mut self,
         coder: &mut C,

@@ -129,6 +129,26 @@ fn values_are_as_near_as_their_bits_say() {
     }
 }
 
+/// Points of a lattice over them, or squares of half its step, are beyond what numbers reach: they stay as they are.
+#[test]
+fn numbers_as_large_as_there_are() {
+    // The second is 4.8 steps of a seventh of the first one's range from its least.
+    let short = vec![-2e38, 1e38, 1.5e38, f32::MAX, 0.0, 2e38];
+    for values in [Values::F32(short), Values::F64(vec![1e300, -1e299, 3e250, 0.0, -7e300, 5.0])] {
+        let mut mesh = shapes::torus(9, 7);
+        let corners = (0..3 * mesh.triangles.len() as u32).map(|c| c / 2 % 3).collect();
+        mesh.attributes.push(Attribute::new(Semantic::Generic, 2, values, corners));
+        let options =
+            Options { keep_order: true, attribute_bits: vec![("generic".into(), 3)], ..Options::default() };
+        let back = decoded(&encoded(&mesh, options));
+        for t in 0..mesh.triangles.len() {
+            for k in 0..3 {
+                assert_eq!(corner(&back, t, k).1, corner(&mesh, t, k).1);
+            }
+        }
+    }
+}
+
 #[test]
 fn every_kind_of_number_and_place() {
     let mut mesh = shapes::torus(9, 7);

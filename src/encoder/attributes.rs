@@ -14,6 +14,9 @@ pub fn entries(mesh: &IndexedMesh, options: &Options) -> Vec<AttributeEntry> {
         let lattice_bits = Quantisation::lattice_bits(attribute, bits);
         constant::entry(attribute, &quantisation, lattice_bits).unwrap_or_else(|| {
             let error = quantisation.error(attribute);
+            // Numbers so large that points of a lattice, or squares of what they lose, are none.
+            let (quantisation, error) =
+                if error.is_finite() { (quantisation, error) } else { (Quantisation::Raw, 0.0) };
             AttributeEntry::of(attribute, quantisation, error)
         })
     };

@@ -1,6 +1,8 @@
 //! A file in parts, to be changed and sealed again with checksums that fit.
 
-use super::container::{Atom, BASE, BIRTH, File, KEYFRAME, PRECISION, REFINEMENT, checksum, crc32c};
+use super::container::{
+    ATTRIBUTES, Atom, BASE, BIRTH, File, KEYFRAME, PRECISION, REFINEMENT, checksum, crc32c,
+};
 
 /// A file without the fields that follow from the others.
 #[derive(Clone)]
@@ -107,11 +109,17 @@ impl Draft {
                     }
                     self.run(&mut table, REFINEMENT, j as u64, single);
                     self.run(&mut table, BIRTH, j as u64, 0);
+                    if j > 0 {
+                        self.run(&mut table, ATTRIBUTES, j as u64, 0);
+                    }
                 }
             }
         }
-        let mut behind =
-            self.atoms.iter().filter(|atom| atom.kind > REFINEMENT && atom.kind != BIRTH).peekable();
+        let has_place = |atom: &&Atom| match atom.kind {
+            ATTRIBUTES => atom.level > 0,
+            kind => kind <= REFINEMENT || kind == BIRTH,
+        };
+        let mut behind = self.atoms.iter().filter(|atom| !has_place(atom)).peekable();
         while let Some(atom) = behind.next() {
             table.push(atom.kind);
             if atom.kind == KEYFRAME {

@@ -47,4 +47,5 @@ mod golden;
 mod hostile;
 mod on_shapes;
 mod real;
+mod seam;
 mod with_values;

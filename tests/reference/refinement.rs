@@ -87,7 +87,7 @@ pub fn level_pass(
     scale: Scale,
     models: &mut Models,
 ) -> Result<()> {
-    trace_both(mesh, attributes, atoms, scale, models, None).1
+    trace_with(mesh, attributes, atoms, scale, models, None).1
 }
 
 /// The same where there are no attributes; all codes may be tapped. What has been done is told even where it ends in a refusal.
@@ -98,10 +98,11 @@ pub fn trace_pass(
     models: &mut Models,
     tap: Option<&RefCell<Tap>>,
 ) -> (Vec<Step>, Result<()>) {
-    trace_both(mesh, &mut Attributes::default(), atoms, scale, models, tap)
+    trace_with(mesh, &mut Attributes::default(), atoms, scale, models, tap)
 }
 
-fn trace_both(
+/// The same, with attributes.
+pub fn trace_with(
     mesh: &mut Mesh,
     attributes: &mut Attributes,
     atoms: Vec<&Atom>,

@@ -168,7 +168,7 @@ impl AttributeEntry {
     }
 
     /// What it takes in a table of contents; `None` where it has no form there.
-    #[cfg(any(test, feature = "encode"))]
+    #[cfg(feature = "encode")]
     pub(crate) fn table_bytes(&self) -> Option<usize> {
         let mut bytes = Vec::new();
         self.write(&mut bytes).ok().map(|()| bytes.len())

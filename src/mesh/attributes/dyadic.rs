@@ -35,6 +35,7 @@ impl Dyadic {
     }
 
     /// The numbers nearest to these of which each is a multiple of a power of two, less than 2^`bits` of it or just as many.
+    #[cfg(any(test, feature = "encode"))]
     pub fn rounded(numbers: &[f64], bits: u32) -> Option<Self> {
         let most = numbers.iter().map(|x| x.abs()).fold(0.0, f64::max);
         if most == 0.0 {

@@ -29,6 +29,8 @@ fn less_memory_than_wanted_is_told() {
             Some(1) if text.contains("out of memory: the system has no ") => told += 1,
             // Neither the program nor its libraries could be loaded.
             Some(_) if !text.starts_with("unweld") && !text.contains("memory allocation of") => {}
+            // The system itself ends what it cannot lay out in so little, before it begins.
+            None if text.is_empty() && told + done == 0 => {}
             other => panic!("{limit} KiB: {other:?}, {text}"),
         }
         assert!(out.status.code() == Some(0) || !folder.path().join("square.ply").exists() || done > 0);

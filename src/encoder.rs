@@ -259,9 +259,11 @@ impl<'a> Encoder<'a> {
             return Err(Error::Parameter(format!("more than {} vertices or triangles", most / 4)));
         }
         let beyond = [(options.exact.is_some(), BYTES_EXACT), (options.keep_order, BYTES_IN_ORDER)];
+        let attributes = if mesh.attributes.is_empty() { 0 } else { BYTES_OF_LABELS };
+        let attributes = attributes + BYTES_OF_AN_ATTRIBUTE * mesh.attributes.len() as u64;
         let beyond: u64 = beyond.iter().filter(|(wanted, _)| *wanted).map(|(_, bytes)| bytes).sum();
-        let needed =
-            mesh.triangles.len() as u64 * (BYTES_A_TRIANGLE + beyond) + mesh.positions.len() as u64 * 24;
+        let needed = mesh.triangles.len() as u64 * (BYTES_A_TRIANGLE + beyond + attributes)
+            + mesh.positions.len() as u64 * 24;
         if needed > options.max_memory {
             return Err(Error::Limit { what: "memory in bytes", needed, allowed: options.max_memory });
         }
@@ -346,6 +348,9 @@ const BYTES_A_TRIANGLE: u64 = 250;
 /// What a correction and an order may take beyond that, roughly.
 const BYTES_EXACT: u64 = 60;
 const BYTES_IN_ORDER: u64 = 100;
+/// What it takes to know which values corners have at every level, and what each attribute takes, roughly.
+const BYTES_OF_LABELS: u64 = 100;
+const BYTES_OF_AN_ATTRIBUTE: u64 = 40;
 
 fn parameter(what: &str) -> Error {
     Error::Parameter(what.to_owned())

@@ -1,6 +1,9 @@
 //! Attributes at every level: the same corners with the same values however a level is come to.
 #![cfg(feature = "encode")]
 
+#[path = "common/corners.rs"]
+mod by_corner;
+
 use proptest::prelude::*;
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -25,18 +28,7 @@ fn corners(mesh: &IndexedMesh) -> Vec<[CornerBits; 3]> {
         };
         (position, mesh.attributes.iter().map(of).collect())
     };
-    let mut triangles: Vec<[CornerBits; 3]> = (0..mesh.triangles.len())
-        .map(|t| {
-            let mut corners = [0, 1, 2].map(|k| corner(t, k));
-            let turns = [0, 1, 2].map(|_| {
-                corners.rotate_left(1);
-                corners.clone()
-            });
-            turns.into_iter().min().unwrap()
-        })
-        .collect();
-    triangles.sort();
-    triangles
+    by_corner::from_least(mesh.triangles.len(), corner)
 }
 
 type Levels = BTreeMap<u32, Vec<[CornerBits; 3]>>;

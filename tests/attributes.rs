@@ -1,6 +1,9 @@
 //! Attributes there and back: every corner has the values that it had, whatever the mesh is like.
 #![cfg(feature = "encode")]
 
+#[path = "common/corners.rs"]
+mod by_corner;
+
 use proptest::prelude::*;
 use unweld::codec::grid::Real;
 use unweld::decoder::{self, Decoder, Event};
@@ -22,18 +25,7 @@ fn corner(mesh: &IndexedMesh, t: usize, k: usize) -> CornerBits {
 
 /// All triangles, each from its least corner, sorted.
 fn corners(mesh: &IndexedMesh) -> Vec<[CornerBits; 3]> {
-    let mut triangles: Vec<[CornerBits; 3]> = (0..mesh.triangles.len())
-        .map(|t| {
-            let mut corners = [0, 1, 2].map(|k| corner(mesh, t, k));
-            let turns = [0, 1, 2].map(|_| {
-                corners.rotate_left(1);
-                corners.clone()
-            });
-            turns.into_iter().min().unwrap()
-        })
-        .collect();
-    triangles.sort();
-    triangles
+    by_corner::from_least(mesh.triangles.len(), |t, k| corner(mesh, t, k))
 }
 
 fn encoded(mesh: &IndexedMesh, options: Options) -> Vec<u8> {

@@ -89,6 +89,7 @@ impl Description {
                     "stored": attribute.stored.name(),
                     "bits": attribute.bits(),
                     "birth": attribute.birth,
+                    "constant": attribute.constant.is_some(),
                     "rms_error": attribute.error,
                 })).collect::<Vec<_>>(),
             },
@@ -218,9 +219,13 @@ impl Description {
             );
         }
         if !self.contents.attributes.is_empty() {
-            let titles: Vec<_> = self.contents.attributes.iter().map(attribute_text).collect();
-            let bytes = count(self.attribute_bytes(), "byte");
-            line("attributes", &format!("{} ({bytes})", titles.join(", ")));
+            let base = self.contents.base_level();
+            let titles = self.contents.attributes.iter().map(|attribute| attribute_text(attribute, base));
+            line("attributes", &titles.collect::<Vec<_>>().join(", "));
+            let bytes = self.attribute_bytes();
+            if bytes > 0 {
+                line("", &format!("{} of them apart from base and refinements", count(bytes, "byte")));
+            }
         }
         if self.keeps_order() {
             line(
@@ -274,14 +279,19 @@ impl Description {
     }
 }
 
-/// An attribute, its numbers a value, and their bits.
-fn attribute_text(attribute: &AttributeEntry) -> String {
+/// An attribute, its numbers a value, their bits, and from which level on it is there.
+fn attribute_text(attribute: &AttributeEntry, base: u32) -> String {
     let stored = attribute.stored.name();
     let numbers = match attribute.bits() {
         Some(bits) => format!("{bits} bits"),
         None => stored.to_owned(),
     };
-    format!("{} of {} x {numbers}", attribute.title(), attribute.components)
+    let there = match attribute.birth {
+        _ if attribute.constant.is_some() => "constant".to_owned(),
+        birth if birth >= base => "from the base on".to_owned(),
+        birth => format!("from level {birth} on"),
+    };
+    format!("{} of {} x {numbers} {there}", attribute.title(), attribute.components)
 }
 
 /// The set of models of decisions, as the specification calls it (spec §3.2).

@@ -3,7 +3,7 @@
 use super::residue::Residue;
 use super::walk::Tour;
 use crate::entropy::CodingError;
-use crate::error::Error;
+use crate::error::{Error, FormatError};
 use crate::limits::Budget;
 use crate::mesh::{IndexedMesh, Lattice};
 use crate::refine::ProgressiveMesh;
@@ -40,6 +40,16 @@ pub enum WholeError {
     /// A limit was reached.
     #[error("{0}")]
     Limit(#[from] Error),
+}
+
+impl WholeError {
+    /// As the fault of a file: of what stands at `offset`, against a section of the specification.
+    pub fn at(self, offset: u64, section: &'static str) -> Error {
+        match self {
+            Self::Limit(limit) => limit,
+            other => FormatError::new(offset, section, other.to_string()).into(),
+        }
+    }
 }
 
 impl Whole {

@@ -10,7 +10,7 @@ use crate::codec::walk::{Tour, Walk};
 use crate::codec::whole::{Whole, WholeError};
 use crate::container::{AtomKind, AttributeEntry};
 use crate::entropy::RangeDecoder;
-use crate::error::{FormatError, Result};
+use crate::error::Result;
 use crate::limits::{Budget, WORK_A_SLOT};
 use crate::mesh::{Attribute, IndexedMesh, Lattice};
 use crate::refine::ProgressiveMesh;
@@ -64,11 +64,7 @@ impl Finest {
             AtomKind::Order => (self.read_order(payload, level0, budget), "11", Event::Order),
             _ => return Ok(None),
         };
-        match outcome {
-            Ok(()) => Ok(Some(event)),
-            Err(WholeError::Limit(limit)) => Err(limit),
-            Err(other) => Err(FormatError::new(offset, section, other.to_string()).into()),
-        }
+        outcome.map(|()| Some(event)).map_err(|e| e.at(offset, section))
     }
 
     fn read_residue(

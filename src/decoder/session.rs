@@ -432,10 +432,7 @@ impl Session {
         let mut coder = RangeDecoder::new(payload);
         let ground = Ground { mesh: &self.mesh, walk: &walk, born: &born };
         let outcome = self.attributes.bear(ground, &mut coder, &Nothing, &mut self.budget);
-        outcome.and_then(|()| Ok(coder.finish()?)).map_err(|e| match e {
-            WholeError::Limit(limit) => limit,
-            other => FormatError::new(offset, "13.3", other.to_string()).into(),
-        })?;
+        outcome.and_then(|()| Ok(coder.finish()?)).map_err(|e: WholeError| e.at(offset, "13.3"))?;
         self.budget.hold(&mut held, 0)?;
         events.push_back(Event::Attributes { level: atom.level });
         self.stop_where_reached(contents, atom.level, events);
@@ -655,10 +652,7 @@ impl Session {
                 let models = self.refined.get_or_insert_with(|| Box::new(attributes.models()));
                 let outcome =
                     attributes.refine(models, &self.mesh, v, &carried, &mut coder, &Nothing, budget);
-                outcome.map_err(|e| match e {
-                    WholeError::Limit(limit) => limit,
-                    other => FormatError::new(atom.offset, "13.9", other.to_string()).into(),
-                })?;
+                outcome.map_err(|e| e.at(atom.offset, "13.9"))?;
             }
         }
         coder.finish().map_err(|e| fault(e.to_string()))?;

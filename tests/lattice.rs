@@ -116,6 +116,45 @@ proptest! {
             }
         }
     }
+
+    /// Bodies lie over each other; what stands for a vertex is what would if its body were alone.
+    #[test]
+    fn bodies_are_welded_by_themselves(bodies in prop::collection::vec(crowd(), 1..4), distance in 0.01..1.0f64) {
+        let firsts = bodies.iter().scan(0, |next, body| Some(std::mem::replace(next, *next + body.len() as u32)));
+        let firsts: Vec<u32> = firsts.collect();
+        let all = IndexedMesh { bodies: firsts.clone(), ..IndexedMesh::new(bodies.concat(), Vec::new()) };
+        for weld in [Weld::Exact, Weld::None, Weld::Within(distance), Weld::Lattice] {
+            let alone = bodies.iter().zip(&firsts).flat_map(|(body, &first)| {
+                stand_for(body, weld, &unit()).into_iter().map(move |v| first + v)
+            });
+            prop_assert_eq!(weld.representatives(&all, &unit()), alone.collect::<Vec<_>>());
+        }
+    }
+}
+
+#[test]
+fn bodies_in_one_place_stay_apart() {
+    let one = shapes::tetrahedron();
+    let count = one.positions.len() as u32;
+    let twice = |bodies| IndexedMesh {
+        bodies,
+        ..IndexedMesh::new(
+            [&one.positions[..], &one.positions].concat(),
+            one.triangles.iter().copied().chain(one.triangles.iter().map(|t| t.map(|v| v + count))).collect(),
+        )
+    };
+    let apart = condition(&twice(vec![0, count]), Weld::Exact);
+    assert_eq!((apart.report.census.components, apart.report.welded_vertices), (2, 0));
+    assert_eq!(apart.parts(Some(&unit()), &[0, count]), 2);
+    let together = condition(&twice(vec![]), Weld::Exact);
+    assert_eq!((together.report.repeated_triangles, together.report.welded_vertices), (4, 4));
+    // They are kept apart all the way.
+    for weld in [Weld::Exact, Weld::Lattice, Weld::Within(0.01)] {
+        let mesh = twice(vec![0, count]);
+        let (file, report) = encoded(&mesh, Options { weld, ..Options::default() });
+        assert_eq!(report.conditioning.input_triangles, 8);
+        assert_eq!((back(&file).positions.len(), back(&file).triangles.len()), (8, 8));
+    }
 }
 
 #[test]

@@ -67,6 +67,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         coordinates: Coordinates::Float64,
         text: false,
         dropped: vec![],
+        remarks: vec![],
+        scene: None,
     };
     let options = Options { keyframes: Keyframes::Levels(KEYFRAMES.to_vec()), ..Options::default() };
     let encoded = encode::encode(&source, Path::new("demo.ply"), options, vec![], &mut progress)?;

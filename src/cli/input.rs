@@ -98,6 +98,8 @@ impl Mesh {
             },
             text: false,
             dropped: Vec::new(),
+            remarks: vec![],
+            scene: None,
         };
         let contents = &uwm.contents;
         let parts = [

@@ -211,7 +211,7 @@ impl Limit {
 fn parts(conditioned: &Conditioned) -> Joined {
     let (min, max) = lattice::bounds(conditioned.manifold.positions.iter().copied()).unwrap_or_default();
     let lattice = Lattice::over(min, max, Lattice::DEFAULT_BITS);
-    let [parts, lattice_parts] = [None, Some(&lattice)].map(|lattice| conditioned.parts(lattice));
+    let [parts, lattice_parts] = [None, Some(&lattice)].map(|lattice| conditioned.parts(lattice, &[]));
     Joined { parts, lattice_parts, ..Joined::default() }
 }
 

@@ -63,8 +63,10 @@ impl Joined {
         let rms_distance = (squares / mesh.positions.len().max(1) as f64).sqrt().min(distance);
         // Where all is one piece, nothing can be joined.
         let whole = conditioned.report.census.components < 2;
-        let parts =
-            |lattice| if whole { conditioned.report.census.components } else { conditioned.parts(lattice) };
+        let parts = |lattice| match whole {
+            true => conditioned.report.census.components,
+            false => conditioned.parts(lattice, &mesh.bodies),
+        };
         Self { distance, rms_distance, parts: parts(None), lattice_parts: parts(Some(lattice)) }
     }
 

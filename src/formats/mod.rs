@@ -39,6 +39,7 @@ mod ply_faces;
 mod ply_header;
 mod ply_values;
 mod ply_write;
+mod scene;
 mod stl;
 mod stl_colours;
 mod stl_text;
@@ -49,6 +50,7 @@ mod write;
 pub use gzip::INFLATED_BYTES;
 pub use obj_write::write_obj;
 pub use ply_write::write_ply;
+pub use scene::{Role, Scene, SceneBuffer};
 pub use stl_write::write_stl;
 pub use write::{Precision, unwritten};
 
@@ -138,6 +140,10 @@ pub struct Source {
     pub text: bool,
     /// What the file carried and the mesh does not, in words for the user, e.g. `"line elements (2)"`.
     pub dropped: Vec<String>,
+    /// What the user may not have expected and is no loss, in words.
+    pub remarks: Vec<String>,
+    /// What the file is beside its mesh, where it is a scene and was read as one ([`ReadOptions::scenes`]).
+    pub scene: Option<Scene>,
 }
 
 /// How to read a mesh.
@@ -156,11 +162,21 @@ pub struct ReadOptions {
     /// Whether to read what contradicts itself, as far as it can be read: a binary STL file by its length where that is not what its count of
     /// facets asks for, a text STL file whose last solid does not end. Not by default.
     pub force: bool,
+    /// Whether a glTF stays a scene: each of its meshes once, in its own coordinates times a power of two, as parts of one mesh, and beside it
+    /// all else that the file has ([`Source::scene`]). Otherwise it is one mesh of all that is shown, where it is shown. Not by default.
+    pub scenes: bool,
 }
 
 impl Default for ReadOptions {
     fn default() -> Self {
-        Self { format: None, name: String::new(), max_memory: 1 << 36, folder: None, force: false }
+        Self {
+            format: None,
+            name: String::new(),
+            max_memory: 1 << 36,
+            folder: None,
+            force: false,
+            scenes: false,
+        }
     }
 }
 
@@ -420,7 +436,7 @@ mod tests {
                 let source = read_bytes(&bytes, None, "").unwrap();
                 prop_assert_eq!(
                     source,
-                    Source { mesh: mesh.clone(), format, polygons: 0, coordinates, text, dropped: vec![] }
+                    Source { mesh: mesh.clone(), format, polygons: 0, coordinates, text, dropped: vec![], remarks: vec![], scene: None }
                 );
             }
         }

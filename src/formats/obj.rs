@@ -84,7 +84,7 @@ pub(super) fn read(bytes: &[u8], name: &str, force: bool) -> Result<Source> {
     (mesh.part_names, mesh.libraries) = (part_names, libraries);
     let dropped = dropped.in_words().into_iter().chain(gathered.dropped).chain(notes).collect();
     let (format, coordinates) = (Format::Obj, super::Coordinates::Text);
-    Ok(Source { mesh, format, polygons, coordinates, text: true, dropped })
+    Ok(Source { mesh, format, polygons, coordinates, text: true, dropped, remarks: vec![], scene: None })
 }
 
 /// The file as statements of words.

@@ -277,7 +277,16 @@ impl Body {
         let mesh = gathered.mesh(mesh);
         self.dropped.extend(gathered.dropped);
         self.dropped.extend(notes);
-        Source { mesh, format: Format::Off, polygons, coordinates, text, dropped: self.dropped }
+        Source {
+            mesh,
+            format: Format::Off,
+            polygons,
+            coordinates,
+            text,
+            dropped: self.dropped,
+            remarks: vec![],
+            scene: None,
+        }
     }
 }
 

@@ -115,7 +115,7 @@ fn read_elements(header: &Header, layout: &Layout, mut values: impl Values) -> R
         _ => Coordinates::Float32,
     };
     let (format, text) = (Format::Ply, header.encoding == Encoding::Ascii);
-    Ok(Source { mesh, format, polygons, coordinates, text, dropped })
+    Ok(Source { mesh, format, polygons, coordinates, text, dropped, remarks: vec![], scene: None })
 }
 
 fn read_vertices(

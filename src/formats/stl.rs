@@ -138,7 +138,7 @@ pub(super) fn not_finite(axis: usize, corner: usize, facet: usize, x: f64) -> St
 
 pub(super) fn source(mesh: IndexedMesh, polygons: usize, text: bool, dropped: Vec<String>) -> Source {
     let coordinates = if text { Coordinates::Text } else { Coordinates::Float32 };
-    Source { mesh, format: Format::Stl, polygons, coordinates, text, dropped }
+    Source { mesh, format: Format::Stl, polygons, coordinates, text, dropped, remarks: vec![], scene: None }
 }
 
 /// Normals of facets, which follow from the corners: they are worth a word only where they do not.

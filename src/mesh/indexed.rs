@@ -1,5 +1,7 @@
 //! The indexed face set: what comes in from a foreign file and what goes out again.
 
+use std::ops::Range;
+
 use super::attributes::Attribute;
 
 /// A triangle mesh as lists of positions and index triples; nothing is assumed about its topology.
@@ -15,6 +17,9 @@ pub struct IndexedMesh {
     pub part_names: Vec<String>,
     /// Files that say what its materials look like, as the source names them.
     pub libraries: Vec<String>,
+    /// The first vertex of each body, ascending from 0; empty where all is one. Vertices of two bodies are two, wherever they are: meshes
+    /// of a scene lie over each other, each in coordinates of its own.
+    pub bodies: Vec<u32>,
 }
 
 impl IndexedMesh {
@@ -30,6 +35,19 @@ impl IndexedMesh {
             format!("{} ({} numbers, {} values)", attribute.title(), attribute.components, attribute.count())
         };
         self.attributes.iter().map(named).collect()
+    }
+
+    /// The vertices of each body; those of a mesh that tells of none are one body.
+    pub fn body_vertices(&self) -> impl Iterator<Item = Range<usize>> + '_ {
+        let count = self.positions.len();
+        let firsts =
+            self.bodies.iter().map(move |&first| (first as usize).min(count)).filter(|&first| first > 0);
+        let mut from = 0;
+        firsts.chain([count]).map(move |to| {
+            let range = from..to.max(from);
+            from = range.end;
+            range
+        })
     }
 
     /// The diagonal of the bounding box of the vertices that triangles use; 0 where there are none.

@@ -68,7 +68,16 @@ fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     dropped.extend(left_out);
     let is_binary32 = mesh.positions.as_flattened().iter().all(|&x| f64::from(x as f32) == x);
     let coordinates = if is_binary32 { Coordinates::Float32 } else { Coordinates::Float64 };
-    Ok(Source { mesh, format: Format::Gltf, polygons: 0, coordinates, text: false, dropped })
+    Ok(Source {
+        mesh,
+        format: Format::Gltf,
+        polygons: 0,
+        coordinates,
+        text: false,
+        dropped,
+        remarks: vec![],
+        scene: None,
+    })
 }
 
 const LOOKED_AT: usize = 4096;

@@ -128,7 +128,7 @@ pub fn condition_on(mesh: &IndexedMesh, weld: Weld, lattice: &Lattice) -> Condit
     let others = |same: &[u32]| (0..).zip(same).filter(|&(v, &other)| v != other).count();
     let welded_vertices = match weld {
         Weld::Exact | Weld::None => others(&same),
-        Weld::Lattice | Weld::Within(_) => others(&weld::first_in_place(&mesh.positions)),
+        Weld::Lattice | Weld::Within(_) => others(&weld::first_in_bodies(mesh)),
     };
     let sorted_out = weld::set_aside(&mesh.triangles, &same);
     let (mut complex, nonmanifold_edges) = Complex::pair(CornerMap(sorted_out.kept));
@@ -166,8 +166,8 @@ pub fn condition_on(mesh: &IndexedMesh, weld: Weld, lattice: &Lattice) -> Condit
 
 impl Conditioned {
     /// How many parts the manifold has if vertices hold together that are the same, or, with a lattice, that have the same
-    /// point of it.
-    pub fn parts(&self, lattice: Option<&Lattice>) -> usize {
+    /// point of it and are of one of the `bodies` of the input ([`IndexedMesh::bodies`]).
+    pub fn parts(&self, lattice: Option<&Lattice>, bodies: &[u32]) -> usize {
         let Manifold { table, positions, .. } = &self.manifold;
         let mut sets = Sets::new(positions.len());
         for t in table.triangles() {
@@ -175,9 +175,16 @@ impl Conditioned {
             sets.unite(a.0, b.0);
             sets.unite(b.0, c.0);
         }
-        let mut places: Vec<([i32; 3], u32)> = match lattice {
-            Some(lattice) => positions.iter().map(|&p| lattice.quantise(p)).zip(0..).collect(),
-            None => self.remainder.origins.vertices.iter().map(|v| [v.0 as i32, 0, 0]).zip(0..).collect(),
+        let origins = &self.remainder.origins.vertices;
+        let body = |v: &Vertex| bodies.partition_point(|&first| first <= v.0);
+        let mut places: Vec<((usize, [i32; 3]), u32)> = match lattice {
+            Some(lattice) => origins
+                .iter()
+                .map(body)
+                .zip(positions.iter().map(|&p| lattice.quantise(p)))
+                .zip(0..)
+                .collect(),
+            None => origins.iter().map(|v| (v.index(), [0; 3])).zip(0..).collect(),
         };
         places.sort_unstable();
         for pair in places.windows(2).filter(|pair| pair[0].0 == pair[1].0) {

@@ -1,6 +1,7 @@
 //! The first steps of conditioning: vertices in the same place become one; triangles no manifold can hold step aside.
 
 use std::fmt;
+use std::ops::Range;
 use std::str::FromStr;
 
 use bitvec::vec::BitVec;
@@ -28,7 +29,7 @@ pub enum Weld {
 }
 
 impl Weld {
-    /// For each vertex the one that stands for it, itself or another one that is the same: the first of those with equal
+    /// For each vertex the one of its body that stands for it, itself or another one that is the same: the first of those with equal
     /// coordinates; of nearly equal ones the one with the least x, then y, then z, if possible one that is used by a triangle.
     /// So it does not hang on the order of the vertices. Takes time n log n.
     ///
@@ -39,18 +40,36 @@ impl Weld {
         if self == Self::None {
             return (0..positions.len() as u32).collect();
         }
-        let mut same = first_in_place(positions);
-        let distinct: Vec<u32> = (0..).zip(&same).filter(|&(v, &first)| v == first).map(|(v, _)| v).collect();
-        let places: Vec<[f64; 3]> = distinct.iter().map(|&v| positions[v as usize]).collect();
-        let mut sets = match self {
-            Self::Lattice => near::on_lattice(&places, lattice),
-            Self::Within(distance) if distance > 0.0 => near::within(&places, distance),
-            _ => return same,
-        };
+        let mut same = first_in_bodies(mesh);
+        if matches!(self, Self::Exact) || self == Self::Within(0.0) {
+            return same;
+        }
         let mut used: BitVec = BitVec::repeat(false, positions.len());
         for &v in mesh.triangles.as_flattened() {
             used.set(same[v as usize] as usize, true);
         }
+        for body in mesh.body_vertices() {
+            self.join(body, positions, &used, lattice, &mut same);
+        }
+        same
+    }
+
+    /// Joins what is nearly equal of a body's vertices, of which those in one place are one already.
+    fn join(
+        self,
+        body: Range<usize>,
+        positions: &[[f64; 3]],
+        used: &BitVec,
+        lattice: &Lattice,
+        same: &mut [u32],
+    ) {
+        let distinct: Vec<u32> = body.clone().filter(|&v| same[v] as usize == v).map(|v| v as u32).collect();
+        let places: Vec<[f64; 3]> = distinct.iter().map(|&v| positions[v as usize]).collect();
+        let mut sets = match self {
+            Self::Lattice => near::on_lattice(&places, lattice),
+            Self::Within(distance) if distance > 0.0 => near::within(&places, distance),
+            _ => return,
+        };
         let rank = |v: u32| (!used[v as usize], positions[v as usize].map(|x| x + 0.0));
         // For each set the number that stands for it has the vertex that does.
         let mut chosen = distinct.clone();
@@ -60,12 +79,11 @@ impl Weld {
                 *best = v;
             }
         }
-        let mut stands_for = vec![0; positions.len()];
+        let mut stands_for = vec![0; body.len()];
         for (k, &v) in (0..).zip(&distinct) {
-            stands_for[v as usize] = chosen[sets.find(k) as usize];
+            stands_for[v as usize - body.start] = chosen[sets.find(k) as usize];
         }
-        same.iter_mut().for_each(|v| *v = stands_for[*v as usize]);
-        same
+        same[body.clone()].iter_mut().for_each(|v| *v = stands_for[*v as usize - body.start]);
     }
 }
 
@@ -95,6 +113,16 @@ impl FromStr for Weld {
             )),
         }
     }
+}
+
+/// For each vertex the first one of its body with equal coordinates.
+pub(super) fn first_in_bodies(mesh: &IndexedMesh) -> Vec<u32> {
+    let mut same = Vec::with_capacity(mesh.positions.len());
+    for body in mesh.body_vertices() {
+        let first = body.start as u32;
+        same.extend(first_in_place(&mesh.positions[body]).into_iter().map(|v| first + v));
+    }
+    same
 }
 
 /// For each vertex the first one with equal coordinates.

@@ -96,6 +96,8 @@ pub mod formats;
 pub mod fuzzing;
 pub mod limits;
 pub mod mesh;
+#[cfg(feature = "encode")]
+pub mod reduce;
 pub mod refine;
 #[cfg(feature = "cli")]
 pub mod render;

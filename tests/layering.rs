@@ -9,6 +9,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("mesh", &[]),
     ("refine", &["mesh"]),
     ("simplify", &["refine", "mesh"]),
+    ("reduce", &["mesh"]),
     ("entropy", &[]),
     ("codec", &["refine", "mesh", "entropy"]),
     ("container", &["entropy::varint", "mesh::attributes", "mesh::lattice", "mesh::Lattice"]),

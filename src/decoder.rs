@@ -3,13 +3,14 @@
 mod finest;
 mod foreign;
 mod log;
+mod resources;
 mod session;
 
 use crate::codec::attributes::Attributes;
 use crate::codec::correction::Correction;
 use crate::codec::order::Order;
 use crate::codec::residue::Residue;
-use crate::container::{Contents, Metadata, Parsed, Parser, Plan, Want};
+use crate::container::{Contents, Metadata, Parsed, Parser, Plan, ResourceEntry, Want, kept};
 use crate::error::{Error, Result};
 use crate::limits::Limits;
 use crate::mesh::{IndexedMesh, Vertex};
@@ -64,6 +65,8 @@ pub struct Options {
     pub undo: bool,
     /// Whether to tell of flips: see [`Delta::flips`].
     pub flips: bool,
+    /// Whether resources are passed over as they come, neither told of nor kept.
+    pub mesh_alone: bool,
 }
 
 /// What changed in the mesh since the event before. All numbers are those of [`Decoder::mesh`].
@@ -128,6 +131,11 @@ pub enum Event {
     Attributes {
         /// Its number. At 0 the further triangles of the residue have got theirs, too.
         level: u32,
+    },
+    /// A resource is whole: see [`Decoder::resource`].
+    Resource {
+        /// Its place in [`Decoder::resources`].
+        number: usize,
     },
     /// Level 0's coordinates are known exactly: see [`Decoder::assembled`].
     Correction,
@@ -341,6 +349,81 @@ impl Decoder {
     /// The metadata, once known.
     pub fn metadata(&self) -> Option<&Metadata> {
         self.session.metadata.as_ref()
+    }
+
+    /// What the table of contents says of resources; none before it is known.
+    pub fn resources(&self) -> &[ResourceEntry] {
+        self.contents().map_or(&[], |contents| &contents.resources)
+    }
+
+    /// The bytes of a resource that is whole and has not been taken, of the scene its JSON. The levels that the mesh goes through do not
+    /// change it.
+    pub fn resource(&self, number: usize) -> Option<&[u8]> {
+        self.session.resources.get(number)
+    }
+
+    /// Hands over a resource that is whole; its memory is counted no more.
+    pub fn take_resource(&mut self, number: usize) -> Option<Vec<u8>> {
+        self.session.take_resource(number)
+    }
+
+    /// The scene's JSON, once it is there and where there is one.
+    pub fn scene(&self) -> Option<&[u8]> {
+        self.resource(self.contents()?.scene()?)
+    }
+
+    /// Adds a resource whose bytes, all that it takes in the file, have come by another way than [`Decoder::push`]: one that was skipped, or
+    /// that stands before the keyframe which decoding began at. No event tells of it.
+    ///
+    /// # Errors
+    /// [`Error::Parameter`] before the table of contents is known or where there is no such resource, [`Error::Format`] where the bytes are not
+    /// its own, [`Error::Limit`]. What has been decoded stays as it is.
+    pub fn add_resource(&mut self, number: usize, bytes: &[u8]) -> Result<()> {
+        self.session.add_resource(number, bytes)
+    }
+
+    /// Leaves out those resources of which `skipped` says so by their numbers, but for atoms that have begun: their bytes are not to be pushed.
+    /// [`Decoder::missing`] tells which are.
+    pub fn skip(&mut self, skipped: impl Fn(usize) -> bool) {
+        let Some(contents) = self.contents().cloned() else { return };
+        let mut there = self.waiting();
+        for mut parser in std::mem::take(&mut self.parsers) {
+            let (atoms, _) = parser.rest();
+            let mut first = atoms.start;
+            while first < atoms.end && there > 0 {
+                there = there.saturating_sub(contents.atoms[first].length.into());
+                first += 1;
+            }
+            let mut runs = VecDeque::from(kept(&contents, first..atoms.end, &skipped));
+            parser.end_before(match runs.front() {
+                Some(run) if run.start == first => runs.pop_front().map_or(first, |run| run.end),
+                _ => first,
+            });
+            self.parsers.push_back(parser);
+            self.parsers.extend(runs.into_iter().map(|run| Parser::of_atoms(contents.clone(), run)));
+        }
+    }
+
+    /// The bytes of the file that are still to be pushed, in this order; none before the table of contents is known.
+    pub fn missing(&self) -> Vec<Range<u64>> {
+        let Some(contents) = self.contents() else { return Vec::new() };
+        let mut there = self.waiting();
+        let mut missing = Vec::new();
+        for parser in &self.parsers {
+            let Range { start, end } = contents.bytes(parser.rest().0);
+            let from = end.min(start + there);
+            there -= from - start;
+            if from < end {
+                missing.push(from..end);
+            }
+        }
+        missing
+    }
+
+    /// Bytes that have been pushed of atoms that have not been decoded.
+    fn waiting(&self) -> u64 {
+        let held = self.parsers.front().map_or(0, |parser| parser.rest().1);
+        held + (self.pending.len() - self.used) as u64
     }
 
     /// Operations carried out since the base or keyframe.

@@ -12,6 +12,7 @@ mod names;
 mod options;
 mod places;
 mod report;
+mod resources;
 mod schedule;
 mod work;
 
@@ -32,6 +33,7 @@ use std::time::Instant;
 
 pub use options::{AttributeBirth, Keyframes, LatticeChoice, Options, Preview, Profile};
 pub use report::{Joined, Report, Seconds};
+pub use resources::{Place, Resource};
 
 /// What the encoder is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -76,6 +78,7 @@ pub struct Encoder<'a> {
     options: Options,
     progress: Option<Box<dyn FnMut(Progress) -> bool + 'a>>,
     source: Source,
+    resources: Vec<Resource>,
 }
 
 /// What the metadata say of the input.
@@ -103,6 +106,12 @@ impl<'a> Encoder<'a> {
         self
     }
 
+    /// Has these resources come with the mesh, in this order: each behind the same level as the one before it or behind a finer one.
+    pub fn resources(&mut self, resources: Vec<Resource>) -> &mut Self {
+        self.resources = resources;
+        self
+    }
+
     /// Has `callback` told of progress; encoding is cancelled when it returns false.
     pub fn on_progress(&mut self, callback: impl FnMut(Progress) -> bool + 'a) -> &mut Self {
         self.progress = Some(Box::new(callback));
@@ -124,12 +133,13 @@ impl<'a> Encoder<'a> {
     /// # Errors
     /// [`Error::Parameter`] for settings out of range or a mesh without triangles, with coordinates that are not finite or
     /// indices that are out of range; [`Error::Limit`] where `max_memory` would not do, or where decoding would take more work than
-    /// decoders allow for so few bytes, as it may with millions of triangles in a perfect pattern; [`Error::Cancelled`];
+    /// decoders allow for so few bytes, as it may with millions of triangles in a perfect pattern, or the scene is too long; [`Error::Cancelled`];
     /// [`Error::Io`] where `out` fails.
     pub fn encode(&mut self, mesh: &IndexedMesh, out: &mut impl Write) -> Result<Report> {
         let start = Instant::now();
         self.check(mesh)?;
         attributes::check(mesh, &self.options)?;
+        resources::check(&self.resources)?;
         let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
         let (min, max) = lattice::bounds(used).ok_or_else(|| parameter("the mesh has no triangles"))?;
         let lattice = self.options.lattice_over(min, max)?;
@@ -177,6 +187,7 @@ impl<'a> Encoder<'a> {
         report.residue = payloads.counts;
         let mut work = levels.work()?;
         levels.add_to(&mut file, &mut report);
+        report.resource_bits = 8.0 * resources::add_to(&mut file, &self.resources, &mut work)? as f64;
         file.attributes = finish.entries().to_vec();
         report.attribute_bits += payloads.attributes.len() as f64 * 8.0;
         report.residue_bits = payloads.residue.len() as f64 * 8.0;
@@ -263,7 +274,8 @@ impl<'a> Encoder<'a> {
         let attributes = attributes + BYTES_OF_AN_ATTRIBUTE * mesh.attributes.len() as u64;
         let beyond: u64 = beyond.iter().filter(|(wanted, _)| *wanted).map(|(_, bytes)| bytes).sum();
         let needed = mesh.triangles.len() as u64 * (BYTES_A_TRIANGLE + beyond + attributes)
-            + mesh.positions.len() as u64 * 24;
+            + mesh.positions.len() as u64 * 24
+            + self.resources.iter().map(|resource| 2 * resource.bytes.len() as u64).sum::<u64>();
         if needed > options.max_memory {
             return Err(Error::Limit { what: "memory in bytes", needed, allowed: options.max_memory });
         }

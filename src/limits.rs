@@ -12,6 +12,10 @@ pub const MAX_LEVELS: u32 = 4096;
 pub const MAX_LIFTING: u8 = 32;
 /// Most attributes of a mesh (spec §3.2).
 pub const MAX_ATTRIBUTES: u8 = 64;
+/// Most resources of a file (spec §3.3).
+pub const MAX_RESOURCES: u32 = 1 << 16;
+/// Most bytes of the scene's JSON once it is inflated (spec §3.9).
+pub const MAX_SCENE_BYTES: u32 = 1 << 26;
 /// Most vertices or triangles; corner indices stay below 2^32.
 pub const MAX_ELEMENTS: u32 = 1 << 30;
 /// Most bytes of the table of contents, its checksum included: its length has three bytes (spec §3.2).

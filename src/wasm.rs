@@ -276,7 +276,7 @@ impl Client {
                 }
             }
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
-            Event::Correction | Event::Order => {}
+            Event::Correction | Event::Order | Event::Resource { .. } => {}
             Event::Metadata => {
                 let told = self.decoder.metadata().zip(self.decoder.contents());
                 self.reports

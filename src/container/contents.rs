@@ -5,6 +5,7 @@ use std::ops::Range;
 use super::attributes::AttributeEntry;
 use super::checksum;
 use super::header::Header;
+use super::resources::ResourceEntry;
 use super::want::Measure;
 use crate::error::FormatError;
 
@@ -59,6 +60,8 @@ pub enum AtomKind {
     Order,
     /// Values of the attributes that are born at a level.
     Attributes,
+    /// A part of a resource.
+    Resource,
     /// Something this version does not know and may skip; 128 or above.
     Optional(u8),
 }
@@ -82,7 +85,7 @@ impl AtomKind {
     #[cfg(any(test, feature = "encode"))]
     pub(super) fn to_byte(self) -> Option<u8> {
         match self {
-            Self::Base | Self::Precision | Self::Refinement | Self::Birth => None,
+            Self::Base | Self::Precision | Self::Refinement | Self::Birth | Self::Resource => None,
             Self::Residue => Some(3),
             Self::Metadata => Some(4),
             Self::Keyframe => Some(5),
@@ -103,6 +106,7 @@ impl AtomKind {
             Self::Refinement => (1, depth, 1),
             Self::Birth => (1, depth, 2),
             Self::Attributes if level > 0 => (1, depth, 3),
+            Self::Resource => (1, depth, 4),
             Self::Residue => (2, 0, 0),
             Self::Attributes => (2, 0, 1),
             Self::Correction => (2, 0, 2),
@@ -119,7 +123,7 @@ impl AtomKind {
 pub struct Atom {
     /// What it holds.
     pub kind: AtomKind,
-    /// The level it belongs to or leads to; 0 for residue, correction, order, metadata and [`AtomKind::Optional`].
+    /// The level it belongs to or leads to, of a resource its place; 0 for residue, correction, order, metadata and [`AtomKind::Optional`].
     pub level: u32,
     /// Where it starts, in bytes from the start of the file.
     pub offset: u64,
@@ -157,6 +161,8 @@ pub struct Contents {
     pub levels: Vec<Level>,
     /// The attributes, in the order of the file.
     pub attributes: Vec<AttributeEntry>,
+    /// The resources, in the order of the file.
+    pub resources: Vec<ResourceEntry>,
     /// The atoms, in the order of the file.
     pub atoms: Vec<Atom>,
     pub(super) steps: Vec<Range<usize>>,
@@ -186,7 +192,8 @@ impl Contents {
     }
 
     /// The atoms that lead from level `j + 1` to level `j`: precision, refinement, births, and but for level 0 the attributes that are born at
-    /// it; at the base, its own. Empty where the file has no such level.
+    /// it; at the base, its own. Those of [resources](Self::resource_atoms) that stand behind them are not counted in. Empty where the file has
+    /// no such level.
     pub fn steps(&self, j: u32) -> Range<usize> {
         self.steps.get(j as usize).cloned().unwrap_or(0..0)
     }
@@ -249,7 +256,7 @@ impl Contents {
         self.order.clone()
     }
 
-    /// The atoms that level `j` takes, from the first of the file: its prefix (spec §3.7). Level 0 is the whole mesh, and takes residue,
+    /// The atoms that level `j` takes, from the first of the file: its prefix (spec §3.7), with the resources that stand behind it. Level 0 is the whole mesh, and takes residue,
     /// attributes, correction, order and metadata too, all but the keyframes. A level coarser than the base is taken for the base.
     pub fn prefix(&self, j: u32) -> Range<usize> {
         match j.min(self.base_level()) {
@@ -260,11 +267,11 @@ impl Contents {
                     .position(|atom| atom.kind == AtomKind::Keyframe)
                     .unwrap_or(self.atoms.len())
             }
-            j => 0..self.steps(j).end,
+            j => 0..self.resource_atoms(j).end,
         }
     }
 
-    /// What level 0 takes beyond its mesh: the end of its [prefix](Self::prefix).
+    /// What level 0 takes beyond its mesh: the end of its [prefix](Self::prefix), with the resources that stand behind it.
     pub fn beyond_mesh(&self) -> Range<usize> {
         self.steps(0).end..self.prefix(0).end
     }

@@ -119,7 +119,7 @@ impl Start {
 
     /// How many attributes the table tells of; what only a sound header need tell.
     pub fn attributes(&self) -> Result<u8, FormatError> {
-        let [_, _, _, _, _, _, _, _, _, _, _, _, count, ..] = self.bytes;
+        let count = self.bytes[12] & !RESOURCES;
         if count > MAX_ATTRIBUTES {
             let what = format!("{count} attributes, allowed {MAX_ATTRIBUTES}");
             return Err(FormatError::new(12, "3.2", what));
@@ -127,10 +127,16 @@ impl Start {
         Ok(count)
     }
 
-    /// The header of a table of so many bytes that tells of so many attributes; `None` where they are too many.
+    /// Whether the table tells of resources.
+    pub fn has_resources(&self) -> bool {
+        self.bytes[12] & RESOURCES > 0
+    }
+
+    /// The header of a table of so many bytes that tells of so many attributes, and perhaps of resources; `None` where they are too many.
     #[cfg(any(test, feature = "encode"))]
-    pub fn new(table_bytes: u32, coding: Coding, attributes: usize) -> Option<Self> {
+    pub fn new(table_bytes: u32, coding: Coding, attributes: usize, resources: bool) -> Option<Self> {
         let attributes = u8::try_from(attributes).ok().filter(|&count| count <= MAX_ATTRIBUTES)?;
+        let attributes = attributes | if resources { RESOURCES } else { 0 };
         let mut bytes = [0; Header::SIZE];
         bytes[..8].copy_from_slice(&MAGIC);
         bytes[8..10].copy_from_slice(&VERSION.to_le_bytes());
@@ -145,6 +151,8 @@ impl Start {
 pub const MAGIC: [u8; 8] = *b"\x89UWM\r\n\x1A\n";
 /// The format version that this module reads and writes.
 pub const VERSION: u16 = 1;
+/// Mark beside the number of attributes: that there are resources.
+const RESOURCES: u8 = 128;
 
 #[cfg(test)]
 mod tests {
@@ -158,18 +166,21 @@ mod tests {
             (start.table_bytes, start.coding(), start.attributes()),
             (47, Ok(Coding::default()), Ok(0))
         );
-        assert_eq!(Start::new(47, Coding::default(), 0), Some(start));
+        assert_eq!(
+            (Start::new(47, Coding::default(), 0, false), start.has_resources()),
+            (Some(start), false)
+        );
         let coding = Coding { lifting: 32, rich_models: true };
-        let start = Start::new(MAX_TABLE_BYTES, coding, 64).unwrap();
-        assert_eq!((start.coding(), start.attributes()), (Ok(coding), Ok(64)));
-        assert_eq!(start.bytes[13..], [0xFF; 3]);
-        assert_eq!(Start::new(MAX_TABLE_BYTES + 1, coding, 0), None);
-        assert_eq!([65, 256].map(|attributes| Start::new(47, coding, attributes)), [None; 2]);
+        let start = Start::new(MAX_TABLE_BYTES, coding, 64, true).unwrap();
+        assert_eq!((start.coding(), start.attributes(), start.has_resources()), (Ok(coding), Ok(64), true));
+        assert_eq!(start.bytes[12..], [0xC0, 0xFF, 0xFF, 0xFF]);
+        assert_eq!(Start::new(MAX_TABLE_BYTES + 1, coding, 0, false), None);
+        assert_eq!([65, 128, 256].map(|attributes| Start::new(47, coding, attributes, false)), [None; 3]);
     }
 
     #[test]
     fn each_rule_is_checked() {
-        let rules: [(usize, &[u8], u64, &str); 7] = [
+        let rules: [(usize, &[u8], u64, &str); 8] = [
             (0, b"P", 0, "not a .uwm file"),
             (4, b"\n", 0, "not a .uwm file any more: it was transferred as text"),
             (8, &[2, 0], 8, "written by format version 2; this decoder reads version 1"),
@@ -177,6 +188,7 @@ mod tests {
             (10, &[33], 10, "a lifting of 33 64ths; allowed 0 to 32"),
             (11, &[2], 11, "unknown set of models 2"),
             (12, &[65], 12, "65 attributes, allowed 64"),
+            (12, &[128 + 127], 12, "127 attributes, allowed 64"),
         ];
         for (at, bytes, offset, what) in rules {
             let mut header = GOLDEN_HEADER;

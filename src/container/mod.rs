@@ -15,6 +15,8 @@ mod magnitude;
 pub mod metadata;
 mod parse;
 pub mod plan;
+mod resources;
+mod scene;
 mod table;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -27,7 +29,12 @@ pub use contents::{Atom, AtomKind, Contents, Level};
 pub use header::{Coding, Header, MAGIC, VERSION};
 pub use metadata::{FINDINGS, Metadata};
 pub use parse::{Parsed, Parser, parse_contents};
+pub(crate) use plan::kept;
 pub use plan::{Part, Plan, plan, plan_from_keyframe};
+pub use resources::{ResourceEntry, ResourceKind};
+pub use scene::PackedScene;
+#[cfg(any(test, feature = "encode"))]
+pub use scene::packed_scene;
 pub use want::{Measure, Want};
 #[cfg(any(test, feature = "encode"))]
 pub use write::FileBuilder;

@@ -85,6 +85,21 @@ impl Parser {
         matches!(&self.stage, Stage::Atoms(_, atoms) if atoms.is_empty())
     }
 
+    /// The atoms still to be told, and how many bytes of the first of them are there; none before the table of contents is.
+    pub(crate) fn rest(&self) -> (Range<usize>, u64) {
+        match &self.stage {
+            Stage::Atoms(_, atoms) => (atoms.clone(), if self.told { 0 } else { self.buffer.len() as u64 }),
+            _ => (0..0, 0),
+        }
+    }
+
+    /// Ends before atom `end`, no sooner than behind those that have begun.
+    pub(crate) fn end_before(&mut self, end: usize) {
+        if let Stage::Atoms(_, atoms) = &mut self.stage {
+            atoms.end = atoms.end.min(end.max(atoms.start));
+        }
+    }
+
     /// Header and table of contents, as soon as they have been read.
     pub fn contents(&self) -> Option<&Arc<Contents>> {
         match &self.stage {

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use super::contents::{AtomKind, Contents};
+use super::contents::{Atom, AtomKind, Contents};
 use super::want::Want;
 
 /// Consecutive atoms and the bytes they take.
@@ -41,6 +41,14 @@ impl Plan {
     pub fn byte_count(&self) -> u64 {
         self.parts.iter().map(|part| part.bytes.end - part.bytes.start).sum()
     }
+
+    /// The same without those resources of which `skipped` says so by their numbers: originals of images that a client can do without, or what
+    /// it has already.
+    pub fn without(&self, contents: &Contents, skipped: impl Fn(usize) -> bool) -> Self {
+        let parts = self.parts.iter().flat_map(|part| kept(contents, part.atoms.clone(), &skipped));
+        let parts = parts.map(|atoms| part(contents, atoms));
+        Self { parts: parts.collect(), ..self.clone() }
+    }
 }
 
 /// The shortest prefix of the file that gives `want`. It always holds the base, the least that is a mesh,
@@ -53,14 +61,14 @@ pub fn plan(contents: &Contents, want: Want) -> Plan {
     let end = match want {
         Want::Level(j) => contents.prefix(j).end,
         Want::Triangles(most) => {
-            let sequence = &atoms[..contents.steps(0).end];
+            let sequence = &atoms[..contents.resource_atoms(0).end];
             let few = sequence.partition_point(|atom| atom.triangles_after <= most);
             let reached = sequence[few.max(least) - 1].triangles_after;
             let before = sequence.partition_point(|atom| atom.triangles_after < reached);
+            let end = least.max(before + 1);
             // What belongs to the level that is reached adds no triangle.
-            let behind = &sequence[before + 1..];
-            let values = behind.iter().take_while(|atom| atom.kind == AtomKind::Attributes).count();
-            (before + 1 + values).max(least)
+            let belongs = |atom: &&Atom| matches!(atom.kind, AtomKind::Attributes | AtomKind::Resource);
+            end + sequence[end..].iter().take_while(belongs).count()
         }
         Want::Error(measure, most) => contents.prefix(contents.level_within(measure, most)).end,
         Want::Bytes(most) => atoms[contents.prefix(0)].partition_point(|atom| atom.end() <= most).max(least),
@@ -80,21 +88,63 @@ pub fn plan(contents: &Contents, want: Want) -> Plan {
 
 /// The way to level `level` that skips most of the file: from the finest keyframe that is not finer, or from
 /// the base where there is none. A level coarser than the base is taken for the base; level 0 comes with all that belongs to
-/// it, as in [`plan`].
+/// it, as in [`plan`]. Resources that the way would pass by come first: see [`Plan::without`].
 pub fn plan_from_keyframe(contents: &Contents, level: u32) -> Plan {
     let base = contents.base_level();
     let level = level.min(base);
     let start = (level..=base).find(|&j| contents.starts_segment(j)).unwrap_or(base);
-    let mut parts = vec![part(contents, contents.keyframe(start).unwrap_or(contents.steps(base)))];
+    let mut parts = Vec::new();
+    match contents.keyframe(start) {
+        Some(keyframe) => {
+            // At level 0 those that stand behind it come with all that is beyond the mesh.
+            let passed = contents.resources.iter().filter(|entry| entry.place >= start.max(1));
+            parts.extend(runs(passed.map(|entry| entry.atoms.clone())).map(|atoms| part(contents, atoms)));
+            parts.push(part(contents, keyframe));
+        }
+        None if start > 0 => parts.push(part(contents, contents.prefix(start))),
+        None => parts.push(part(contents, contents.steps(0))),
+    }
     let beyond = if level == 0 { contents.beyond_mesh() } else { 0..0 };
     if start > level {
-        let end = contents.steps(level).end.max(beyond.end);
+        let end = contents.resource_atoms(level).end.max(beyond.end);
         parts.push(part(contents, contents.steps(start - 1).start..end));
     } else if !beyond.is_empty() {
         parts.push(part(contents, beyond));
     }
     let reached = &contents.levels[level as usize];
     Plan { start, level, complete: true, vertices: reached.vertices, triangles: reached.triangles, parts }
+}
+
+/// What is left of some atoms without those of the resources that are skipped: ranges that are not empty.
+pub(crate) fn kept(
+    contents: &Contents,
+    atoms: Range<usize>,
+    skipped: impl Fn(usize) -> bool,
+) -> Vec<Range<usize>> {
+    let mut start = atoms.start;
+    let mut kept = Vec::new();
+    for (_, entry) in contents.resources.iter().enumerate().filter(|&(number, _)| skipped(number)) {
+        let gap = entry.atoms.start.max(start)..entry.atoms.end.min(atoms.end);
+        if !gap.is_empty() {
+            kept.push(start..gap.start);
+            start = gap.end;
+        }
+    }
+    kept.push(start..atoms.end);
+    kept.retain(|atoms| !atoms.is_empty());
+    kept
+}
+
+/// Ranges that follow each other as one.
+fn runs(ranges: impl Iterator<Item = Range<usize>>) -> impl Iterator<Item = Range<usize>> {
+    let mut runs: Vec<Range<usize>> = Vec::new();
+    for range in ranges {
+        match runs.last_mut().filter(|run| run.end == range.start) {
+            Some(run) => run.end = range.end,
+            None => runs.push(range),
+        }
+    }
+    runs.into_iter()
 }
 
 fn part(contents: &Contents, atoms: Range<usize>) -> Part {

@@ -8,8 +8,11 @@ use super::contents::{Atom, AtomKind, Contents, Level};
 use super::fields::{Fields, is_short};
 use super::header::{Coding, Header, Start};
 use super::magnitude;
+use super::resources::ResourceEntry;
 use crate::error::FormatError;
-use crate::limits::{MAX_ATOM_BYTES, MAX_ATOMS, MAX_ELEMENTS, MAX_LEVELS, MAX_METADATA_BYTES, max_walked};
+use crate::limits::{
+    MAX_ATOM_BYTES, MAX_ATOMS, MAX_ELEMENTS, MAX_LEVELS, MAX_METADATA_BYTES, MAX_RESOURCES, max_walked,
+};
 use crate::mesh::lattice::Lattice;
 
 /// Reads the `start.table_bytes` bytes behind the header.
@@ -25,17 +28,21 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
     let mut table = Table {
         fields: Fields::new(body, at, "3.3"),
         attributes: Vec::new(),
+        resources: Vec::new(),
+        placed: 0,
+        waiting: Vec::new().into_iter(),
         atoms: Vec::new(),
         offset: at + u64::from(start.table_bytes),
         counts: [0; 2],
     };
-    let mut header = table.header(start.table_bytes, coding, start.attributes()?)?;
+    let mut header = table.header(start, coding)?;
     let (levels, steps) = table.levels(&mut header)?;
     let mut contents = Contents {
         keyframes: vec![0..0; levels.len()],
         header,
         levels,
         attributes: std::mem::take(&mut table.attributes),
+        resources: std::mem::take(&mut table.resources),
         atoms: Vec::new(),
         steps,
         residue: 0..0,
@@ -58,6 +65,11 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
 struct Table<'a> {
     fields: Fields<'a>,
     attributes: Vec<AttributeEntry>,
+    resources: Vec<ResourceEntry>,
+    /// How many of the resources have their atoms among the others.
+    placed: usize,
+    /// The atoms of those that have not.
+    waiting: std::vec::IntoIter<Atom>,
     atoms: Vec<Atom>,
     /// Where the next atom starts.
     offset: u64,
@@ -81,7 +93,7 @@ struct Entry {
 
 impl Table<'_> {
     /// All but what the levels add.
-    fn header(&mut self, table_bytes: u32, coding: Coding, attributes: u8) -> Result<Header, FormatError> {
+    fn header(&mut self, start: &Start, coding: Coding) -> Result<Header, FormatError> {
         let (lattice, maximum) = self.lattice()?;
         if coding.lifting > 0 && lattice.bits == Lattice::MAX_BITS {
             let what = format!("a lattice of {} bits leaves no room for lifting", lattice.bits);
@@ -89,10 +101,12 @@ impl Table<'_> {
         }
         let fields = &mut self.fields;
         let mut starts = Vec::new();
-        for _ in 0..attributes {
+        for _ in 0..start.attributes()? {
             starts.push(fields.offset());
             self.attributes.push(AttributeEntry::read(fields)?);
         }
+        let places = if start.has_resources() { self.told_resources()? } else { Vec::new() };
+        let fields = &mut self.fields;
         let at = fields.offset();
         let level_count = fields.count(MAX_LEVELS, "the number of levels")?;
         fields.require(level_count >= 1, at, || "a file without levels".to_owned())?;
@@ -104,6 +118,13 @@ impl Table<'_> {
             fields.require(*birth <= base, at, || {
                 format!("an attribute is born at level {birth}, allowed 0 to {base}")
             })?;
+        }
+        let mut most = level_count - 1;
+        for (&ResourceEntry { place, .. }, at) in self.resources.iter().zip(places) {
+            fields.require(place <= most, at, || {
+                format!("a resource stands behind level {place}, allowed 0 to {most}")
+            })?;
+            most = place;
         }
         let at = fields.offset();
         let vertices = fields.count(MAX_ELEMENTS, "the number of vertices of the base")?;
@@ -124,8 +145,41 @@ impl Table<'_> {
             lattice,
             coding,
             maximum,
-            table_bytes,
+            table_bytes: start.table_bytes,
         })
+    }
+
+    /// The resources, whose atoms wait until their places are reached; where the entry of each begins.
+    fn told_resources(&mut self) -> Result<Vec<u64>, FormatError> {
+        let at = self.fields.offset();
+        let count = self.fields.count(MAX_RESOURCES, "the number of resources")?;
+        self.fields.require(count >= 1, at, || "no resources where the header tells of some".to_owned())?;
+        let first = self.offset;
+        let mut starts = Vec::new();
+        for number in 0..count as usize {
+            starts.push(self.fields.offset());
+            let entry = ResourceEntry::read(&mut self.fields, number)?;
+            let (begin, place) = (self.offset, entry.place);
+            let atoms = self.run(AtomKind::Resource, place, None)?;
+            self.resources.push(ResourceEntry { atoms, bytes: self.offset - begin, ..entry });
+        }
+        self.waiting = std::mem::take(&mut self.atoms).into_iter();
+        self.offset = first;
+        Ok(starts)
+    }
+
+    /// Puts the resources that stand behind level `j` behind its atoms.
+    fn place_resources(&mut self, j: u32) {
+        let [vertices_after, triangles_after] = self.counts;
+        while let Some(entry) = self.resources.get_mut(self.placed).filter(|entry| entry.place == j) {
+            let first = self.atoms.len();
+            for atom in self.waiting.by_ref().take(entry.atoms.len()) {
+                self.atoms.push(Atom { offset: self.offset, vertices_after, triangles_after, ..atom });
+                self.offset += u64::from(atom.length);
+            }
+            entry.atoms = first..self.atoms.len();
+            self.placed += 1;
+        }
     }
 
     fn lattice(&mut self) -> Result<(Lattice, [u32; 3]), FormatError> {
@@ -172,6 +226,7 @@ impl Table<'_> {
         let unit = magnitude::unit(header.lattice.step);
         let mut entry = self.base(header, unit)?;
         let mut steps: Vec<_> = std::iter::once(0..self.atoms.len()).collect();
+        self.place_resources(header.base_level());
         let mut levels = vec![entry.level];
         let mut walked = 0;
         for j in (0..header.base_level()).rev() {
@@ -180,6 +235,7 @@ impl Table<'_> {
             entry = self.level(j, &entry, unit)?;
             levels.push(entry.level);
             steps.push(first..self.atoms.len());
+            self.place_resources(j);
         }
         self.fields
             .require(entry.level.precision == 0, self.fields.offset(), || "level 0 lacks bits".to_owned())?;
@@ -358,7 +414,7 @@ impl Table<'_> {
                 None => [0; 2],
             };
             let crc = if length < SHORT { self.fields.u16()?.into() } else { self.fields.u32()? };
-            if self.atoms.len() == MAX_ATOMS as usize {
+            if self.atoms.len() + self.waiting.len() == MAX_ATOMS as usize {
                 return Err(FormatError::new(at, "3.6", format!("more than {MAX_ATOMS} atoms")));
             }
             if kind == AtomKind::Refinement {

@@ -1,5 +1,7 @@
 //! Files for tests: small, random, broken.
 
+use std::cmp::Reverse;
+use std::collections::VecDeque;
 use std::ops::Range;
 
 use proptest::collection::vec;
@@ -8,7 +10,8 @@ use proptest::prelude::*;
 use super::attributes::AttributeEntry;
 use super::contents::{AtomKind, Contents, Level};
 use super::header::{Coding, Header};
-use super::write::FileBuilder;
+use super::resources::ResourceKind;
+use super::write::{FileBuilder, Told};
 use crate::mesh::attributes::dyadic::Dyadic;
 use crate::mesh::attributes::{Domain, Quantisation, Semantic, Stored};
 use crate::mesh::lattice::Lattice;
@@ -94,6 +97,21 @@ pub fn born_file() -> FileBuilder {
     file
 }
 
+/// The same with a scene and a buffer behind the base, one of two atoms behind level 1, and one behind level 0.
+///
+/// Atoms: 0 base, 1 and 2 its resources, 3 to 8 level 1, 9 and 10 its resource, 11 to 13 level 0, 14 its resource, 15 residue, 16 attributes,
+/// 17 metadata, 18 keyframe of level 1.
+pub fn resourced_file() -> FileBuilder {
+    let mut file = born_file();
+    file.resource(ResourceKind::Scene, 2, b"\x00\x02{}");
+    file.resource(ResourceKind::Buffer, 2, b"samples");
+    file.resources.push(Told { kind: ResourceKind::Buffer, place: 1, atoms: 2 });
+    file.payload(AtomKind::Resource, 1, b"small");
+    file.payload(AtomKind::Resource, 1, b"picture");
+    file.resource(ResourceKind::Buffer, 0, b"large picture");
+    file
+}
+
 /// Any attribute that a table may tell of.
 pub fn any_attribute() -> impl Strategy<Value = AttributeEntry> {
     let stored = (0..Stored::ALL.len()).prop_map(|i| Stored::ALL[i]);
@@ -162,8 +180,9 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
     let errors = vec((0.0..1e30f64, 0.0..1e30f64), 4);
     let step = prop_oneof![Just(0.0), Just(0.25), 1e-6..1e9f64];
     let frame = (8u32..=24, step, prop_oneof![Just(0.5), -1e9..1e9f64], any::<[u32; 3]>());
-    let payloads = (payloads, vec((any_attribute(), any::<u32>()), 0..4));
-    (finer, payloads, errors, frame).prop_map(|(finer, (payloads, attributes), errors, frame)| {
+    let resources = (any::<bool>(), vec((any::<u32>(), vec(any::<u8>(), 1..9)), 0..4));
+    let payloads = (payloads, vec((any_attribute(), any::<u32>()), 0..4), resources);
+    (finer, payloads, errors, frame).prop_map(|(finer, (payloads, attributes, resources), errors, frame)| {
         let (base, residue, metadata, place) = payloads;
         let (bits, step, x, maximum) = frame;
         let depth = finer.len() as u32;
@@ -182,7 +201,21 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
             born.map(|(entry, at)| AttributeEntry { birth: birth(&entry, at), ..entry }).collect();
         let told = file.attributes.clone().into_iter().filter(|attribute| attribute.constant.is_none());
         let told: Vec<u32> = told.map(|attribute| attribute.birth).collect();
+        let (has_scene, resources) = resources;
+        let mut places: Vec<u32> = resources.iter().map(|(place, _)| place % (depth + 1)).collect();
+        places.sort_unstable_by_key(|&place| Reverse(place));
+        let mut resources: VecDeque<_> =
+            places.into_iter().zip(resources.into_iter().map(|(_, bytes)| bytes)).collect();
+        let mut kind = if has_scene { ResourceKind::Scene } else { ResourceKind::Buffer };
+        let mut place_resources = |file: &mut FileBuilder, j: u32| {
+            while resources.front().is_some_and(|&(place, _)| place == j) {
+                let bytes = resources.pop_front().map(|(_, bytes)| bytes).unwrap_or_default();
+                file.resource(kind, j, &bytes);
+                kind = ResourceKind::Buffer;
+            }
+        };
         file.payload(AtomKind::Base, depth, &base);
+        place_resources(&mut file, depth);
         for (i, (operations, shift, _, per_atom)) in finer.iter().enumerate() {
             let j = depth - 1 - i as u32;
             if *shift > 0 {
@@ -197,6 +230,7 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
             if j > 0 && told.contains(&j) {
                 file.payload(AtomKind::Attributes, j, &base);
             }
+            place_resources(&mut file, j);
             level.precision -= shift;
             (level.max_error, level.rms_error) = errors[i];
             levels.push(level);

@@ -9,6 +9,7 @@ use super::contents::{AtomKind, Contents, Level};
 use super::header::{Coding, Header, Start};
 use super::magnitude;
 use super::parse_contents;
+use super::resources::ResourceKind;
 use super::table::{ORIGIN_SHORT, SHARPER, SINGLE, STEP_SHORT, form_of, tells_values};
 use crate::entropy::varint;
 use crate::error::{Error, FormatError, Result};
@@ -31,7 +32,17 @@ pub struct FileBuilder {
     pub levels: Vec<Level>,
     /// The attributes; at each level below the base at which any are born there is one payload of [`AtomKind::Attributes`].
     pub attributes: Vec<AttributeEntry>,
+    pub(super) resources: Vec<Told>,
     pub(super) pieces: Vec<Piece>,
+}
+
+/// A resource as the table tells of it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Told {
+    pub kind: ResourceKind,
+    pub place: u32,
+    /// How many of the pieces are its own.
+    pub atoms: usize,
 }
 
 /// What becomes one atom.
@@ -53,6 +64,7 @@ impl FileBuilder {
             maximum,
             levels,
             attributes: Vec::new(),
+            resources: Vec::new(),
             pieces: Vec::new(),
         }
     }
@@ -93,6 +105,13 @@ impl FileBuilder {
         if let Some(last) = self.pieces.last_mut() {
             [last.items, last.triangles] = born;
         }
+    }
+
+    /// Adds a resource that stands behind the atoms of level `place`, cut into as many atoms as it takes: at least one byte. Resources are
+    /// written in the order they come, so that their places may not rise. A scene's JSON is to be [packed](super::packed_scene()).
+    pub fn resource(&mut self, kind: ResourceKind, place: u32, bytes: &[u8]) {
+        self.resources.push(Told { kind, place, atoms: bytes.len().div_ceil(MAX_ATOM_BYTES as usize) });
+        self.payload(AtomKind::Resource, place, bytes);
     }
 
     /// Writes the file and tells its contents.
@@ -139,7 +158,9 @@ impl FileBuilder {
         }
         let table = self.table()?;
         let (bytes, attributes) = (table.len() + 4, self.attributes.len());
-        let start = u32::try_from(bytes).ok().and_then(|bytes| Start::new(bytes, self.coding, attributes));
+        let resources = !self.resources.is_empty();
+        let start = u32::try_from(bytes).ok();
+        let start = start.and_then(|bytes| Start::new(bytes, self.coding, attributes, resources));
         let Some(start) = start else {
             return refused(format!("a table of contents of {bytes} bytes and {attributes} attributes"));
         };
@@ -164,6 +185,7 @@ impl FileBuilder {
         for attribute in &self.attributes {
             attribute.write(&mut table)?;
         }
+        self.told_resources(&mut table)?;
         varint::write(self.levels.len() as u64, &mut table);
         let mut pieces = &self.pieces[..];
         let unit = magnitude::unit(self.lattice.step);
@@ -216,6 +238,7 @@ impl FileBuilder {
                     }
                 }
             }
+            take(&mut pieces, AtomKind::Resource, j as u32);
             before = Some((level, [max, rms]));
         }
         while let Some(&Piece { kind, level, .. }) = pieces.first() {
@@ -229,6 +252,34 @@ impl FileBuilder {
             run(take(&mut pieces, kind, level), 0, &mut table);
         }
         Ok(table)
+    }
+
+    /// What the table says of the resources, with the entries of their atoms.
+    fn told_resources(&self, table: &mut Vec<u8>) -> Result<()> {
+        if self.resources.is_empty() {
+            return Ok(());
+        }
+        varint::write(self.resources.len() as u64, table);
+        // Those of one resource stand together: they are of one level.
+        let mut pieces = &self.pieces[..];
+        for (number, resource) in self.resources.iter().enumerate() {
+            table.push(resource.kind.to_byte());
+            varint::write(resource.place.into(), table);
+            let others = pieces.iter().take_while(|piece| piece.kind != AtomKind::Resource).count();
+            let (atoms, rest) = pieces[others..].split_at(resource.atoms.min(pieces.len() - others));
+            let are_its_own =
+                |piece: &Piece| (piece.kind, piece.level) == (AtomKind::Resource, resource.place);
+            if atoms.len() < resource.atoms || !atoms.iter().all(are_its_own) {
+                return refused(format!("resource {number} does not stand behind level {}", resource.place));
+            }
+            run(atoms, 0, table)
+                .ok_or_else(|| Error::Parameter(format!("resource {number} has no bytes")))?;
+            pieces = rest;
+        }
+        match pieces.iter().find(|piece| piece.kind == AtomKind::Resource) {
+            Some(piece) => refused(format!("a resource behind level {} that is not told of", piece.level)),
+            None => Ok(()),
+        }
     }
 
     /// Vertices and triangles of the components that are born at a level.

@@ -2,6 +2,7 @@
 
 use super::finest::{Finest, Level0};
 use super::log::Log;
+use super::resources::Resources;
 use super::{Delta, Event, Options};
 use crate::codec::attributes::{Attributes, Ground, Nothing, RefinedModels};
 use crate::codec::edgebreaker::ConnectivityError;
@@ -11,7 +12,7 @@ use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{Inserted, LevelPass, RefinementError, SegmentModels, Unknown};
 use crate::codec::walk::{Tour, Walk};
 use crate::codec::whole::WholeError;
-use crate::container::{Atom, AtomKind, AttributeEntry, Contents, Level, Metadata};
+use crate::container::{Atom, AtomKind, AttributeEntry, Contents, Level, Metadata, ResourceEntry};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
 use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION, make_room};
@@ -37,6 +38,7 @@ pub struct Session {
     pub mesh: ProgressiveMesh,
     pub finest: Finest,
     pub metadata: Option<Metadata>,
+    pub resources: Resources,
     pub operations: u64,
     attributes: Attributes,
     /// The models of what operations do to attributes, in this segment.
@@ -78,6 +80,7 @@ impl Session {
             mesh: ProgressiveMesh::default(),
             finest: Finest::default(),
             metadata: None,
+            resources: Resources::default(),
             operations: 0,
             attributes: Attributes::default(),
             refined: None,
@@ -106,6 +109,7 @@ impl Session {
     /// Pays for the contents that a file begins with.
     pub fn pay_for_contents(&mut self, contents: &Contents) -> Result<()> {
         self.budget.take_memory(contents.atoms.len(), size_of::<Atom>())?;
+        self.budget.take_memory(contents.resources.len(), BYTES_OF_RESOURCE)?;
         self.budget.take_memory(contents.levels.len(), BYTES_OF_LEVEL)
     }
 
@@ -148,6 +152,17 @@ impl Session {
         match atom.kind {
             AtomKind::Precision | AtomKind::Refinement => self.step(&contents, &atom, payload, events),
             AtomKind::Optional(_) => Ok(()),
+            AtomKind::Resource => {
+                if !self.options.mesh_alone {
+                    let whole = self.resources.atom(&contents, index, payload, &mut self.budget)?;
+                    events.extend(whole.map(|number| Event::Resource { number }));
+                }
+                let is_last = index + 1 == contents.resource_atoms(atom.level).end;
+                if is_last && self.level == Some(atom.level) {
+                    self.stop_where_reached(&contents, atom.level, events);
+                }
+                Ok(())
+            }
             _ if atom.last && self.parts.is_empty() => {
                 self.payload(&contents, &atom, payload, atom.offset, events)
             }
@@ -397,9 +412,17 @@ impl Session {
         events.push_back(Event::Level { level, max_error: entry.max_error, rms_error: entry.rms_error });
         // What is born at a level belongs to it; a base or keyframe has it already.
         if level == 0 || level == self.start || contents.births_at(level).next().is_none() {
-            self.stop_where_reached(contents, level, events);
+            self.stop_before_resources(contents, level, events);
         }
         Ok(())
+    }
+
+    /// Stops where enough is there, but for resources that stand behind the level. They do not stand behind a keyframe.
+    fn stop_before_resources(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) {
+        let follow = level != self.start || level == contents.base_level();
+        if !follow || contents.resource_atoms(level).is_empty() {
+            self.stop_where_reached(contents, level, events);
+        }
     }
 
     fn stop_where_reached(&mut self, contents: &Contents, level: u32, events: &mut VecDeque<Event>) {
@@ -435,7 +458,7 @@ impl Session {
         outcome.and_then(|()| Ok(coder.finish()?)).map_err(|e: WholeError| e.at(offset, "13.3"))?;
         self.budget.hold(&mut held, 0)?;
         events.push_back(Event::Attributes { level: atom.level });
-        self.stop_where_reached(contents, atom.level, events);
+        self.stop_before_resources(contents, atom.level, events);
         Ok(())
     }
 
@@ -674,6 +697,16 @@ impl Session {
         self.make_room(contents, ahead)
     }
 
+    pub fn take_resource(&mut self, number: usize) -> Option<Vec<u8>> {
+        self.resources.take(number, &mut self.budget)
+    }
+
+    pub fn add_resource(&mut self, number: usize, bytes: &[u8]) -> Result<()> {
+        let contents = self.contents.clone().filter(|contents| number < contents.resources.len());
+        let contents = contents.ok_or_else(|| Error::Parameter(format!("there is no resource {number}")))?;
+        self.resources.add(&contents, number, bytes, &mut self.budget)
+    }
+
     pub fn coarsen(&mut self) -> Result<Option<u32>> {
         self.finest.forget(&mut self.budget);
         match &mut self.log {
@@ -734,6 +767,8 @@ const CHUNK: u32 = 1024;
 const BYTES_TO_GO_DOWN: usize = 2 * 12 + 2 * 4;
 /// What a level takes in the contents: its entry, and where its atoms and its keyframe are.
 const BYTES_OF_LEVEL: usize = size_of::<Level>() + 2 * size_of::<std::ops::Range<usize>>();
+/// What a resource takes in the contents, and as an entry of those that are there.
+const BYTES_OF_RESOURCE: usize = 3 * size_of::<ResourceEntry>();
 /// What a byte of metadata may become: an empty string, in a list that has just been copied to one twice as long.
 const BYTES_OF_METADATA: usize = 3 * size_of::<String>();
 

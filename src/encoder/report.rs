@@ -115,6 +115,8 @@ pub struct Report {
     pub attribute_bits: f64,
     /// Bits of the correction.
     pub correction_bits: f64,
+    /// Bits of the resources.
+    pub resource_bits: f64,
     /// Bits of the order.
     pub order_bits: f64,
     /// Bits of the keyframes, the base's not counted.
@@ -159,6 +161,7 @@ impl Report {
             + self.attribute_bits
             + self.correction_bits
             + self.order_bits
+            + self.resource_bits
             + self.keyframe_bits;
         self.other_bits = self.bytes as f64 * 8.0 - told;
     }

@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use crate::container::{Contents, Header, Measure, Metadata, Parsed, Parser, Want, plan, plan_from_keyframe};
+use crate::container::{
+    AtomKind, Contents, Header, Measure, Metadata, Parsed, Parser, Want, plan, plan_from_keyframe,
+};
 use crate::error::FormatError;
 
 /// Reads `data` as a `.uwm` file, whole and in pieces, as it is and with header and table checksums mended.
@@ -87,6 +89,19 @@ fn check_contents(contents: &Contents) {
         assert!(born == told || (j == 0 && told && !contents.attributes.is_empty()));
         assert!(contents.births_at(j).all(|k| contents.alive_at(j).any(|alive| alive == k)));
     }
+    let mut places: Vec<usize> = Vec::new();
+    for (number, entry) in contents.resources.iter().enumerate() {
+        assert!(contents.resources_at(entry.place).contains(&number) && entry.place <= base);
+        assert!(entry.atoms.clone().all(|atom| contents.resource_of(atom) == Some(number)));
+        let bytes = contents.bytes(entry.atoms.clone());
+        assert_eq!(
+            (bytes.end - bytes.start, entry.atoms.start >= contents.steps(entry.place).end),
+            (entry.bytes, true)
+        );
+        places.extend(entry.atoms.clone());
+    }
+    let kinds = contents.atoms.iter().enumerate().filter(|(_, atom)| atom.kind == AtomKind::Resource);
+    assert!(places.iter().copied().eq(kinds.map(|(index, _)| index)));
     assert_eq!(contents.segments().next(), Some(base));
     for j in [0, base / 2, base] {
         let level = contents.level(j).expect("a level of the file");
@@ -105,6 +120,10 @@ fn check_contents(contents: &Contents) {
         assert!(contents.prefix(j).end <= contents.prefix(0).end);
         for plan in plans {
             assert!(plan.end() <= contents.file_bytes() && plan.byte_count() > 0);
+            let (even, odd) =
+                (plan.without(contents, |k| k % 2 == 0), plan.without(contents, |k| k % 2 == 1));
+            let bare = plan.without(contents, |_| true);
+            assert_eq!(even.byte_count() + odd.byte_count(), plan.byte_count() + bare.byte_count());
         }
     }
 }
@@ -128,7 +147,7 @@ mod tests {
 
     #[test]
     fn the_container_holds_whatever_byte_is_changed() {
-        for file in [testing::attributed_file(), testing::born_file()] {
+        for file in [testing::attributed_file(), testing::born_file(), testing::resourced_file()] {
             let file = testing::bytes(&file);
             fuzz_container(&file);
             for at in 0..file.len() {

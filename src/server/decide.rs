@@ -222,7 +222,7 @@ pub fn refine(contents: &Contents, query: &Query) -> Result<Slice, Refusal> {
         false => Ok(j),
     };
     let least = match query.from {
-        Some(j) => contents.steps(level("from", j)?).end,
+        Some(j) => contents.resource_atoms(level("from", j)?).end,
         None => 0,
     };
     let next = match query.after {
@@ -269,7 +269,8 @@ fn starts(contents: &Contents, atom: usize) -> u64 {
 /// [`Refusal`] where the level is not there or has none.
 pub fn keyframe(contents: &Contents, level: u32) -> Result<Slice, Refusal> {
     let base = contents.base_level();
-    let atoms = if level == base { Some(contents.steps(base)) } else { contents.keyframe(level) };
+    let own = || contents.steps(base).start..contents.resource_atoms(base).end;
+    let atoms = if level == base { Some(own()) } else { contents.keyframe(level) };
     let Some(atoms) = atoms else {
         let some: Vec<String> = contents.segments().take(MANY).map(|j| j.to_string()).collect();
         let what = format!("level {level} has no keyframe; there is one of level {}", some.join(", "));

@@ -77,6 +77,7 @@ fn step(contents: &Contents, start: u32, kind: Kind, atoms: Range<usize>, bytes:
         Kind::Other(AtomKind::Attributes, _) => ("attributes".to_owned(), None),
         Kind::Other(AtomKind::Correction, _) => ("exact coordinates".to_owned(), None),
         Kind::Other(AtomKind::Order, _) => ("order".to_owned(), None),
+        Kind::Other(AtomKind::Resource, _) => ("resources".to_owned(), None),
         Kind::Other(AtomKind::Metadata, _) => ("metadata".to_owned(), None),
         Kind::Other(..) => ("what this version does not know".to_owned(), None),
     };

@@ -315,7 +315,7 @@ fn shares_beyond_32_bits() {
     table.extend([6, 24, 96, 96]);
     let seen = |run: &[u8]| {
         let rest = [&table[..], run, &[2, 0, 0, 0, 0, 0, 0]].concat();
-        let mut bytes = Start::new(rest.len() as u32, Coding::default(), 0).unwrap().bytes.to_vec();
+        let mut bytes = Start::new(rest.len() as u32, Coding::default(), 0, false).unwrap().bytes.to_vec();
         bytes.extend(rest);
         mend(&mut bytes);
         parse_contents(&bytes)
@@ -350,7 +350,7 @@ fn no_more_atoms_than_allowed() {
         table.push(200);
         table.extend([3, 0, 0].repeat(count - 3));
         table.extend([2, 0, 0, 0, 0, 0, 0]);
-        let mut bytes = Start::new(table.len() as u32, Coding::default(), 0).unwrap().bytes.to_vec();
+        let mut bytes = Start::new(table.len() as u32, Coding::default(), 0, false).unwrap().bytes.to_vec();
         bytes.extend(table);
         mend(&mut bytes);
         parse_contents(&bytes).map(|contents| contents.unwrap().atoms.len())

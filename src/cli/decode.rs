@@ -28,7 +28,7 @@ pub struct Args {
     /// The file, - for standard input
     #[arg(value_name = "IN.uwm")]
     input: PathBuf,
-    /// The mesh to write, .ply, .obj or .stl, - for PLY on standard output
+    /// The mesh to write, .ply, .obj, .stl or .glb, - for PLY on standard output
     #[arg(short, long, value_name = "OUT", required_unless_present = "all_levels")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -39,7 +39,7 @@ pub struct Args {
     /// Where to start: from the base, or from the keyframe next to the wanted level
     #[arg(long, value_enum, default_value = "replay")]
     via: Via,
-    /// Write every level on the way to DIR/level-J.ply (or .obj or .stl, if OUT is)
+    /// Write every level on the way to DIR/level-J.ply (or .obj, .stl or .glb, if OUT is)
     #[arg(long, value_name = "DIR")]
     all_levels: Option<PathBuf>,
     /// Most memory to use, in bytes or with a suffix K, M, G

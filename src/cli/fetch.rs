@@ -40,7 +40,7 @@ pub struct Args {
     /// Where it is, http:// or https://
     #[arg(value_name = "URL", value_parser = address)]
     url: Url,
-    /// The file to write: .uwm for the bytes as they are, .ply, .obj or .stl for the mesh, - for the bytes on standard output
+    /// The file to write: .uwm for the bytes as they are, .ply, .obj, .stl or .glb for the mesh, - for the bytes on standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -99,9 +99,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let format = form(&args.output)?;
     let partial = args.quality.max_bytes.is_some() || args.quality.triangles.is_some();
     if args.via == decode::Via::Keyframe && (format.is_none() || partial) {
-        return Err(
-            Usage("--via keyframe leads to a level, and to a mesh: .ply, .obj or .stl".to_owned()).into()
-        );
+        return Err(Usage(
+            "--via keyframe leads to a level, and to a mesh: .ply, .obj, .stl or .glb".to_owned(),
+        )
+        .into());
     }
     let output = Output::new(&args.output, args.token_file.as_deref())?;
     let wanted =
@@ -424,7 +425,7 @@ fn form(path: &Path) -> anyhow::Result<Option<MeshFormat>> {
     if is_uwm || is_stream(path) || (is_device && path.extension().is_none()) {
         return Ok(None);
     }
-    let what = || Usage(format!("{}: the name must end in .uwm, .ply, .obj or .stl", path.display()));
+    let what = || Usage(format!("{}: the name must end in .uwm, .ply, .obj, .stl or .glb", path.display()));
     Ok(Some(MeshFormat::of(path).map_err(|_| what())?))
 }
 

@@ -11,7 +11,7 @@ use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
-use unweld::formats::{Format, Precision, unwritten, write_obj, write_ply, write_stl};
+use unweld::formats::{Format, Precision, unwritten, write_glb, write_obj, write_ply, write_stl};
 use unweld::mesh::{IndexedMesh, Lattice};
 
 /// A place that can be written to.
@@ -142,6 +142,7 @@ pub enum MeshFormat {
     Ply,
     Obj,
     Stl,
+    Glb,
 }
 
 impl MeshFormat {
@@ -156,7 +157,11 @@ impl MeshFormat {
             Some("ply") => Ok(Self::Ply),
             Some("obj") => Ok(Self::Obj),
             Some("stl") => Ok(Self::Stl),
-            _ => Err(Usage(format!("{}: the name must end in .ply, .obj or .stl", path.display())).into()),
+            Some("glb") => Ok(Self::Glb),
+            _ => {
+                Err(Usage(format!("{}: the name must end in .ply, .obj, .stl or .glb", path.display()))
+                    .into())
+            }
         }
     }
 
@@ -166,11 +171,12 @@ impl MeshFormat {
             Self::Ply => "ply",
             Self::Obj => "obj",
             Self::Stl => "stl",
+            Self::Glb => "glb",
         }
     }
 
     /// Writes a mesh; a PLY file in binary32 where that keeps every coordinate, on the lattice if one is given, and an OBJ file
-    /// with its decimals where they keep every point of the lattice. An STL file is always in binary32.
+    /// with its decimals where they keep every point of the lattice. STL and glTF files are always in binary32.
     ///
     /// # Errors
     /// Those of `out`.
@@ -188,6 +194,7 @@ impl MeshFormat {
             }
             Self::Obj => write_obj(mesh, Precision::Float64, &mut out),
             Self::Stl => write_stl(mesh, &mut out),
+            Self::Glb => write_glb(mesh, &mut out),
         }
     }
 
@@ -197,18 +204,21 @@ impl MeshFormat {
             Self::Ply => Format::Ply,
             Self::Obj => Format::Obj,
             Self::Stl => Format::Stl,
+            Self::Glb => Format::Gltf,
         };
         let mut losses = unwritten(mesh, format);
-        if self != Self::Stl {
-            return losses;
-        }
+        let name = match self {
+            Self::Stl => "STL",
+            Self::Glb => "glTF",
+            Self::Ply | Self::Obj => return losses,
+        };
         let mut used = vec![false; mesh.positions.len()];
         mesh.triangles.iter().flatten().for_each(|&v| used[v as usize] = true);
         let corners = 3 * mesh.triangles.len();
         let shared = used.iter().filter(|&&used| used).count();
         let rounding = mesh.positions.iter().flatten().map(|&x| (f64::from(x as f32) - x).abs());
         let rounding = rounding.fold(0.0, f64::max);
-        if shared < corners {
+        if self == Self::Stl && shared < corners {
             let vertices = count(shared as u64, "vertex");
             losses.push(format!(
                 "STL has no shared vertices: {vertices} written as {} corners",
@@ -217,12 +227,13 @@ impl MeshFormat {
         }
         if shared < used.len() {
             let isolated = count((used.len() - shared) as u64, "vertex");
-            losses.push(format!("STL has triangles alone: {isolated} of no triangle left out"));
+            losses.push(format!("{name} has triangles alone: {isolated} of no triangle left out"));
         }
-        if rounding > 0.0 {
-            let kept = if fits_binary32(mesh, lattice) { ", on the same points of the lattice" } else { "" };
+        let is_kept = fits_binary32(mesh, lattice);
+        if rounding > 0.0 && (self == Self::Stl || !is_kept) {
+            let kept = if is_kept { ", on the same points of the lattice" } else { "" };
             let by = significant(rounding, 3);
-            losses.push(format!("STL has binary32 numbers: coordinates rounded by up to {by}{kept}"));
+            losses.push(format!("{name} has binary32 numbers: coordinates rounded by up to {by}{kept}"));
         }
         losses
     }
@@ -239,6 +250,7 @@ impl MeshFormat {
             (Self::Obj, Real::Binary32) => write_obj(mesh, Precision::Float32, &mut out),
             (Self::Obj, Real::Binary64) => write_obj(mesh, Precision::Float64, &mut out),
             (Self::Stl, _) => write_stl(mesh, &mut out),
+            (Self::Glb, _) => write_glb(mesh, &mut out),
         }
     }
 }
@@ -335,6 +347,7 @@ mod tests {
         assert_eq!(of("b.c/a.obj"), Some(MeshFormat::Obj));
         assert_eq!(of("-"), Some(MeshFormat::Ply));
         assert_eq!(of("a.Stl"), Some(MeshFormat::Stl));
+        assert_eq!(of("a.Glb"), Some(MeshFormat::Glb));
         assert_eq!(["a", "a.off", "a.ply.gz", ".ply"].map(of), [None; 4]);
     }
 
@@ -350,6 +363,12 @@ mod tests {
         let lattice = Lattice::over([0.0; 3], [8.0; 3], 12);
         let kept = format!("{rounded}, on the same points of the lattice");
         assert_eq!(MeshFormat::Stl.losses(&mesh, Some(&lattice))[2], kept);
+        // A glTF file has other numbers, but the same points: that is said of STL alone.
+        assert_eq!(
+            MeshFormat::Glb.losses(&mesh, Some(&lattice)),
+            ["glTF has triangles alone: 1 vertex of no triangle left out"]
+        );
+        assert_eq!(MeshFormat::Glb.losses(&mesh, None)[1], rounded.replace("STL", "glTF"));
         let mesh = IndexedMesh::new(vec![[0.5; 3], [0.25; 3], [0.0; 3]], vec![[0, 1, 2]]);
         assert_eq!(MeshFormat::Stl.losses(&mesh, None), [""; 0]);
     }

@@ -27,7 +27,7 @@ pub struct Args {
     /// The mesh (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or .uwm), - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The mesh to write, .ply, .obj or .stl, - for PLY on standard output
+    /// The mesh to write, .ply, .obj, .stl or .glb, - for PLY on standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! Foreign meshes in and out: PLY, OBJ, STL, OFF and glTF; OFF and glTF are only read.
+//! Foreign meshes in and out: PLY, OBJ, STL, OFF and glTF; OFF is only read.
 //!
 //! The readers keep positions, connectivity and attributes; whatever else a file carries is named in [`Source::dropped`].
 //! They keep every vertex and every triangle, also those that make no sense as a surface: telling a manifold
@@ -47,6 +47,7 @@ mod stl_write;
 mod text;
 mod write;
 
+pub use gltf::write_glb;
 pub use gzip::INFLATED_BYTES;
 pub use obj_write::write_obj;
 pub use ply_write::write_ply;

@@ -1,4 +1,4 @@
-//! Writes PLY, OBJ and STL: what the writers share.
+//! Writes PLY, OBJ, STL and glTF: what the writers share.
 
 use std::array;
 use std::io::{self, Write};
@@ -6,7 +6,7 @@ use std::io::{self, Write};
 use crate::mesh::IndexedMesh;
 use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
 
-use super::{Format, obj_write, ply_write, stl_write};
+use super::{Format, gltf, obj_write, ply_write, stl_write};
 
 /// The type of the coordinates in a file; in text, the one to which its decimals are read.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -24,7 +24,8 @@ pub fn unwritten(mesh: &IndexedMesh, format: Format) -> Vec<String> {
         Format::Ply => ply_write::unwritten(mesh),
         Format::Obj => obj_write::unwritten(mesh),
         Format::Stl => stl_write::unwritten(mesh),
-        Format::Off | Format::Gltf => no_place(format, mesh.attributes.iter()).into_iter().collect(),
+        Format::Gltf => gltf::unwritten(mesh),
+        Format::Off => no_place(format, mesh.attributes.iter()).into_iter().collect(),
     }
 }
 

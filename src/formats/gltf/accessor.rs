@@ -195,6 +195,19 @@ pub(super) fn size(stored: Stored) -> usize {
     }
 }
 
+/// The code of a component type.
+pub(super) fn code(stored: Stored) -> usize {
+    COMPONENT_TYPES.iter().find(|(_, other)| *other == stored).map_or(0, |(code, _)| *code)
+}
+
+/// The name of the type of so many numbers, if there is one; a vector, not a matrix, of four.
+pub(super) fn type_of(components: usize) -> Option<&'static str> {
+    let of = |(_, rows, columns): &&(&str, usize, usize)| {
+        rows * columns == components && !(*rows == 2 && *columns == 2)
+    };
+    TYPES.iter().find(of).map(|(name, ..)| *name)
+}
+
 /// Names, rows, columns.
 const TYPES: [(&str, usize, usize); 7] = [
     ("SCALAR", 1, 1),

@@ -1,5 +1,9 @@
 //! The frame of binary glTF files (glTF 2.0, §4.4).
 
+use std::io::{self, Write};
+
+use serde_json::Value;
+
 use crate::error::{InputError, Place, Result};
 
 /// Whether the content begins as a binary glTF file.
@@ -55,6 +59,31 @@ pub(super) fn frame(bytes: &[u8]) -> Result<Frame<'_>> {
     }
     let (json, json_at) = json.ok_or_else(|| early(HEADER))?;
     Ok(Frame { json, json_at, binary })
+}
+
+/// Writes a file of its text and its one buffer, which may be empty.
+///
+/// # Errors
+/// What `out` says; [`io::ErrorKind::InvalidInput`] where it would be longer than it can tell.
+pub(super) fn write(json: &Value, binary: &[u8], out: &mut impl Write) -> io::Result<()> {
+    let mut text = json.to_string().into_bytes();
+    text.resize(text.len().next_multiple_of(4), b' ');
+    let padding = binary.len().next_multiple_of(4) - binary.len();
+    let behind = if binary.is_empty() { 0 } else { CHUNK_HEADER + binary.len() + padding };
+    let length = u32::try_from(HEADER + CHUNK_HEADER + text.len() + behind).map_err(|_| {
+        io::Error::new(io::ErrorKind::InvalidInput, "a binary glTF file has at most 2^32 - 1 bytes")
+    })?;
+    let mut head = |words: &[[u8; 4]]| out.write_all(words.as_flattened());
+    head(&[*b"glTF", 2u32.to_le_bytes(), length.to_le_bytes()])?;
+    head(&[(text.len() as u32).to_le_bytes(), JSON.to_le_bytes()])?;
+    out.write_all(&text)?;
+    if !binary.is_empty() {
+        let size = (binary.len() + padding) as u32;
+        out.write_all([size.to_le_bytes(), BINARY.to_le_bytes()].as_flattened())?;
+        out.write_all(binary)?;
+        out.write_all(&[0; 4][..padding])?;
+    }
+    out.flush()
 }
 
 const HEADER: usize = 12;

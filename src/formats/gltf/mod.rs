@@ -15,20 +15,27 @@ mod column;
 mod document;
 mod draco;
 mod flatten;
+mod geometry;
 mod glb;
 mod json;
 mod meshopt;
 mod notes;
+mod pack;
+mod plain;
 mod primitive;
 mod scene;
 mod transform;
 mod uri;
+mod write;
 
 use self::document::Document;
 use self::notes::Notes;
 use self::scene::Scene;
 use super::{Coordinates, Format, ReadOptions, Source, text};
 use crate::error::{Error, Result};
+use crate::mesh::IndexedMesh;
+
+pub use write::write_glb;
 
 /// Whether the content is glTF: binary by its first bytes; text by its first object, which tells of an asset and its version.
 pub(super) fn is_gltf(bytes: &[u8]) -> bool {
@@ -78,6 +85,11 @@ fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
         remarks: vec![],
         scene: None,
     })
+}
+
+/// See [`unwritten`](super::unwritten).
+pub(super) fn unwritten(mesh: &IndexedMesh) -> Vec<String> {
+    plain::unwritten(mesh)
 }
 
 const LOOKED_AT: usize = 4096;

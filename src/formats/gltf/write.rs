@@ -1,0 +1,187 @@
+//! Writes binary glTF.
+
+use std::io::{self, Write};
+
+use super::{glb, plain};
+use crate::formats::write::check;
+use crate::mesh::IndexedMesh;
+
+/// Writes a binary glTF file of a mesh without a scene: a mesh and its node for each object that parts are named by, a primitive for each part.
+///
+/// Attributes that glTF knows have their names, others their own behind `_`; integers stay of their type where glTF has that, all else is
+/// binary32. Materials have names alone. Vertices of no triangle are left out. Triangles are in their order within a primitive, and where some
+/// lack an attribute they are a primitive of their own. [`unwritten`](super::unwritten) tells what is not kept.
+///
+/// # Errors
+/// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in binary32, there are more than 2^32 - 1 bytes, or
+/// the attributes are not those of the mesh.
+pub fn write_glb(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
+    check(mesh)?;
+    let (json, binary) = plain::document(mesh)?;
+    glb::write(&json, &binary, out)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::formats::{Format, Source, read_bytes, unwritten};
+    use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
+    use proptest::prelude::*;
+
+    fn back(mesh: &IndexedMesh) -> Source {
+        let mut bytes = Vec::new();
+        write_glb(mesh, &mut bytes).unwrap();
+        read_bytes(&bytes, None, "").unwrap()
+    }
+
+    /// The bits of all that each corner has: its position, and its value of the attributes of so many names.
+    fn corners(mesh: &IndexedMesh, titles: &[String]) -> Vec<Vec<Option<u64>>> {
+        let of = |corner: usize| {
+            let position = mesh.positions[mesh.triangles.as_flattened()[corner] as usize];
+            let mut bits: Vec<_> = position.map(|x| Some(x.to_bits())).to_vec();
+            for title in titles {
+                let attribute = mesh.attributes.iter().find(|a| a.title().trim_matches('_') == title);
+                let value = attribute.and_then(|a| Some((a, a.at(corner / 3, corner % 3)?)));
+                bits.push(value.map(|(a, _)| a.components as u64));
+                let number = |(a, value): (&Attribute, usize), k| a.values.bits(value * a.components + k);
+                bits.extend(
+                    (0..4).map(|k| value.filter(|(a, _)| k < a.components).map(|value| number(value, k))),
+                );
+            }
+            bits
+        };
+        (0..3 * mesh.triangles.len()).map(of).collect()
+    }
+
+    fn square() -> IndexedMesh {
+        let positions = vec![[0.0; 3], [1.0, 0.0, 0.0], [1.0, 1.0, 0.0], [0.0, 1.0, 0.0]];
+        IndexedMesh::new(positions, vec![[0, 1, 2], [0, 2, 3]])
+    }
+
+    #[test]
+    fn parts_are_primitives_and_keep_their_names() {
+        let mut mesh = square();
+        mesh.triangles.push([3, 2, 1]);
+        mesh.attributes = vec![Attribute::parts(&[2, 0, 1])];
+        mesh.part_names =
+            ["o lamp\ng primitive 1\nusemtl red", "o table\nusemtl red", "o lamp\ng primitive 0"]
+                .map(str::to_owned)
+                .to_vec();
+        let source = back(&mesh);
+        assert_eq!(unwritten(&mesh, Format::Gltf), [""; 0]);
+        // By objects: the third triangle is the table's.
+        assert_eq!(
+            source.mesh.part_names,
+            ["o lamp\ng primitive 0", "o lamp\ng primitive 1\nusemtl red", "o table\nusemtl red"]
+        );
+        let part = |t: usize| source.mesh.attributes[0].at(t, 0);
+        assert_eq!([0, 1, 2].map(part), [Some(0), Some(1), Some(2)]);
+        assert_eq!(corners(&source.mesh, &[])[6], corners(&mesh, &[])[6]);
+    }
+
+    #[test]
+    fn triangles_that_lack_an_attribute_are_a_primitive() {
+        let mut mesh = square();
+        let uv = Values::F32(vec![0.25, 0.5]);
+        mesh.attributes =
+            vec![Attribute::new(Semantic::TexCoord, 2, uv, vec![NO_VALUE, NO_VALUE, NO_VALUE, 0, 0, 0])];
+        let told = back(&mesh).mesh;
+        assert_eq!(corners(&told, &["uv".to_owned()]), corners(&mesh, &["uv".to_owned()]));
+        assert_eq!(unwritten(&mesh, Format::Gltf), [""; 0]);
+        // A corner alone has no value.
+        mesh.attributes[0].corners[0] = 0;
+        assert_eq!(
+            unwritten(&mesh, Format::Gltf),
+            ["glTF has values at all corners of a triangle or at none: some uv left out"]
+        );
+        assert!(back(&mesh).mesh.attributes.last().unwrap().corners[0] == NO_VALUE);
+    }
+
+    #[test]
+    fn what_gltf_has_no_type_for() {
+        let mut mesh = square();
+        let of = |semantic, components, values| Attribute::new(semantic, components, values, vec![0; 6]);
+        let named = |name: &str, attribute| Attribute { name: name.into(), ..attribute };
+        mesh.attributes = vec![
+            of(Semantic::TexCoord, 3, Values::F32(vec![0.0; 3])),
+            named("wide", of(Semantic::Generic, 5, Values::F32(vec![0.0; 5]))),
+            named("third", of(Semantic::Generic, 1, Values::F64(vec![1.0 / 3.0]))),
+            named("big", of(Semantic::Generic, 1, Values::U32(vec![1 << 24]))),
+            Attribute {
+                domain: Domain::Triangle,
+                corners: vec![0, 0],
+                ..of(Semantic::Color, 3, Values::F32(vec![0.5; 3]))
+            },
+            named(
+                "flags",
+                Attribute {
+                    domain: Domain::Triangle,
+                    corners: vec![0, 0],
+                    ..of(Semantic::Generic, 1, Values::U8(vec![1]))
+                },
+            ),
+        ];
+        let lost = [
+            "glTF has no place for wide, flags of triangles",
+            "glTF has binary32 numbers: third rounded",
+            "glTF has values of vertices alone: color of triangles written at their corners",
+        ];
+        assert_eq!(unwritten(&mesh, Format::Gltf), lost);
+        let titles: Vec<String> = back(&mesh).mesh.attributes.iter().map(Attribute::title).collect();
+        assert_eq!(titles, ["color", "_big", "_third", "_uv"]);
+    }
+
+    #[test]
+    fn what_would_not_read_back_is_refused() {
+        let mut mesh = square();
+        mesh.positions[1][2] = 1e39;
+        let kind = |mesh: &IndexedMesh| write_glb(mesh, &mut io::sink()).unwrap_err().kind();
+        assert_eq!(kind(&mesh), io::ErrorKind::InvalidInput);
+        // What no triangle has is not written.
+        mesh.triangles = vec![[0, 2, 3]];
+        assert_eq!(back(&mesh).mesh.positions.len(), 3);
+    }
+
+    prop_compose! {
+        /// Up to 12 triangles of 8 vertices, with attributes of all kinds and few values.
+        fn meshes()(
+            triangles in prop::collection::vec(prop::array::uniform3(0u32..8), 1..12),
+            positions in prop::collection::vec(prop::array::uniform3(-100f32..100.0), 8),
+            numbers in prop::collection::vec(0u16..5, 16),
+            corners in prop::collection::vec(0u32..4, 36),
+            which in 0u32..256,
+        ) -> IndexedMesh {
+            let count = triangles.len();
+            let mut mesh = IndexedMesh::new(positions.iter().map(|p| p.map(f64::from)).collect(), triangles);
+            let kinds = [
+                (Semantic::Normal, Stored::F32, 3, "", false),
+                (Semantic::Tangent, Stored::F32, 4, "", false),
+                (Semantic::TexCoord, Stored::U16, 2, "", true),
+                (Semantic::Color, Stored::U8, 3, "", true),
+                (Semantic::Joints, Stored::U16, 4, "", false),
+                (Semantic::Weights, Stored::F32, 4, "", false),
+                (Semantic::Generic, Stored::I8, 1, "heat", false),
+                (Semantic::Generic, Stored::F32, 2, "flow", false),
+            ];
+            for (k, (semantic, stored, components, name, normalised)) in kinds.into_iter().enumerate() {
+                let mut values = Values::new(stored);
+                numbers.iter().take(4 * components).for_each(|&x| values.push(f64::from(x)));
+                let corners: Vec<u32> = (0..3 * count).map(|at| corners[(at * (k + 1)) % corners.len()]).collect();
+                let attribute = Attribute { name: name.into(), normalised, ..Attribute::new(semantic, components, values, corners) };
+                mesh.attributes.extend((which >> k & 1 == 1).then_some(attribute));
+            }
+            mesh
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn what_is_written_is_read(mesh in meshes()) {
+            let titles: Vec<String> = mesh.attributes.iter().map(Attribute::title).collect();
+            let source = back(&mesh);
+            prop_assert_eq!(source.mesh.attributes.len(), titles.len());
+            prop_assert_eq!(corners(&source.mesh, &titles), corners(&mesh, &titles));
+            prop_assert_eq!((source.dropped, unwritten(&mesh, Format::Gltf)), (vec![], vec![]));
+        }
+    }
+}

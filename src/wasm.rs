@@ -35,6 +35,8 @@ pub struct Settings {
     pub undo: bool,
     /// Whether [`Changes::jump`] is wanted.
     pub jumps: bool,
+    /// Whether resources are wanted. Otherwise their bytes need not be pushed, and are passed over.
+    pub resources: bool,
 }
 
 /// A decoder that collects what has changed until it is asked for it.
@@ -45,10 +47,9 @@ pub struct Client {
     /// The first bytes, until header and table of contents are known: no more than have been pushed.
     head: Option<Vec<u8>>,
     plan: Option<Plan>,
-    /// Bytes behind what is wanted: no more than have been pushed.
+    /// Bytes that the decoder has not been given, from [`Self::held_at`] in the file on: no more than have been pushed.
     held: Vec<u8>,
-    /// Bytes of the file that the decoder has been given.
-    given: u64,
+    held_at: u64,
     /// Whether it has been told that all that is wanted is there.
     ended: bool,
     /// What the residue adds to level 0.
@@ -79,7 +80,7 @@ impl Client {
             head: Some(Vec::new()),
             plan: None,
             held: Vec::new(),
-            given: 0,
+            held_at: 0,
             ended: false,
             surface: Surface::default(),
             told: [0; 2],
@@ -95,18 +96,48 @@ impl Client {
         }
     }
 
-    /// Hands over the next bytes. Those behind [`Client::end`] are not needed; they wait until they are wanted.
-    pub fn push(&mut self, bytes: &[u8]) {
+    /// Hands over bytes of the file, from byte `at` on: where those before ended, or further on, where what lies between is not wanted. Those behind
+    /// [`Client::end`] are not needed; they wait until they are wanted.
+    pub fn push(&mut self, at: u64, bytes: &[u8]) {
         match &mut self.head {
             Some(head) => {
                 head.extend_from_slice(bytes);
                 self.decoder.push(bytes);
             }
             None => {
+                if at != self.held_at + self.held.len() as u64 {
+                    self.held.clear();
+                    self.held_at = at;
+                }
                 self.held.extend_from_slice(bytes);
                 self.feed();
             }
         }
+    }
+
+    /// Leaves out a resource, by its number in the table of contents: its bytes need not be pushed. What has come of it is forgotten with the next.
+    pub fn skip(&mut self, number: u32) {
+        self.decoder.skip(|other| other == number as usize);
+        self.tell_wanted();
+        self.feed();
+    }
+
+    /// Takes a resource that is whole; of the scene its JSON.
+    pub fn take_resource(&mut self, number: u32) -> Option<Vec<u8>> {
+        self.decoder.take_resource(number as usize)
+    }
+
+    /// Adds a resource that was skipped, from all bytes that it takes in the file.
+    ///
+    /// # Errors
+    /// As [`Decoder::add_resource`]; the fault is reported too.
+    pub fn add_resource(&mut self, number: u32, bytes: &[u8]) -> Result<()> {
+        let outcome = self.decoder.add_resource(number as usize, bytes);
+        self.reports.push(match &outcome {
+            Ok(()) => report::resource(number as usize),
+            Err(error) => report::fault(error, self.decoder.contents()),
+        });
+        outcome
     }
 
     /// Wants something else from now on. What has been decoded stays, be it more than that.
@@ -117,9 +148,9 @@ impl Client {
             if self.plan.as_ref() == Some(&plan) {
                 return;
             }
-            self.reports.push(report::other(&plan));
             self.plan = Some(plan);
             self.ended = false;
+            self.tell_wanted();
             self.feed();
         }
     }
@@ -164,7 +195,10 @@ impl Client {
 
     /// The byte at which what is wanted ends, once the table of contents is known.
     pub fn end(&self) -> Option<u64> {
-        self.plan.as_ref().map(Plan::end)
+        let end = self.plan.as_ref()?.end();
+        let missing = self.decoder.missing();
+        let last = missing.iter().rfind(|range| range.start < end).map(|range| range.end.min(end));
+        Some(last.unwrap_or_else(|| end.min(self.held_at)))
     }
 
     /// The decoder, with the mesh as it stands.
@@ -275,8 +309,9 @@ impl Client {
                     self.residue();
                 }
             }
+            Event::Resource { number } => self.reports.push(report::resource(number)),
             // The page shows the surface: neither its last bits nor the input's order make a difference there.
-            Event::Correction | Event::Order | Event::Resource { .. } => {}
+            Event::Correction | Event::Order => {}
             Event::Metadata => {
                 let told = self.decoder.metadata().zip(self.decoder.contents());
                 self.reports
@@ -288,30 +323,65 @@ impl Client {
 
     /// Once it is known what the file holds, the decoder is told what to decode of it.
     fn set_out(&mut self, contents: Arc<Contents>) {
-        let plan = plan(&contents, self.settings.want);
-        self.reports.push(report::contents(&contents, &plan));
+        self.plan = Some(plan(&contents, self.settings.want));
         self.held = self.head.take().unwrap_or_default();
-        self.given = contents.header.table_end();
-        self.held
-            .drain(..usize::try_from(self.given).map_or(self.held.len(), |end| end.min(self.held.len())));
-        let whole = self::plan(&contents, Want::All);
-        self.decoder = Decoder::of_plan(contents, &whole, self.settings.options());
-        self.plan = Some(plan);
+        self.held_at = 0;
+        let whole = plan(&contents, Want::All);
+        self.decoder = Decoder::of_plan(contents.clone(), &whole, self.settings.options());
+        if !self.settings.resources {
+            self.decoder.skip(|_| true);
+        }
+        self.reports.push(report::contents(&contents, self.wanted()));
         self.feed();
     }
 
-    /// Gives the decoder what is wanted of the bytes that wait.
+    /// Gives the decoder what is wanted of the bytes that wait; what is not wanted and lies before it is dropped.
     fn feed(&mut self) {
-        let room = self.end().unwrap_or(0).saturating_sub(self.given);
-        let count = usize::try_from(room).map_or(self.held.len(), |room| room.min(self.held.len()));
-        self.decoder.push(&self.held[..count]);
+        let Some(end) = self.plan.as_ref().map(Plan::end) else { return };
+        for range in self.decoder.missing() {
+            let before = range.start.saturating_sub(self.held_at);
+            let here = range.start < end && range.start >= self.held_at && before < self.held.len() as u64;
+            if !here {
+                return;
+            }
+            self.drop_held(before as usize);
+            let count = (range.end.min(end) - range.start).min(self.held.len() as u64) as usize;
+            self.decoder.push(&self.held[..count]);
+            self.drop_held(count);
+        }
+    }
+
+    fn drop_held(&mut self, count: usize) {
         self.held.drain(..count);
-        self.given += count as u64;
+        self.held_at += count as u64;
     }
 
     /// Whether the decoder has been given all that is wanted. It ends with an atom, so that all of it is decoded once nothing more comes of it.
     fn is_satisfied(&self) -> bool {
-        self.end().is_some_and(|end| self.given >= end)
+        let is_behind = |end| self.decoder.missing().first().is_none_or(|range| range.start >= end);
+        self.plan.as_ref().map(Plan::end).is_some_and(is_behind)
+    }
+
+    /// What will be decoded is something else now.
+    fn tell_wanted(&mut self) {
+        if self.plan.is_some() {
+            let wanted = self.wanted();
+            self.reports.push(report::other(wanted));
+        }
+    }
+
+    /// What is wanted: where it ends, and where in it bytes are not wanted.
+    fn wanted(&self) -> serde_json::Value {
+        let (Some(plan), Some(end)) = (&self.plan, self.end()) else { return serde_json::Value::Null };
+        let mut holes = Vec::new();
+        let mut at = self.held_at + self.held.len() as u64;
+        for range in self.decoder.missing().iter().take_while(|range| range.start < end) {
+            if range.start > at {
+                holes.push([at, range.start]);
+            }
+            at = at.max(range.end);
+        }
+        report::wanted(plan, end, &holes)
     }
 
     fn refined(&mut self, delta: &Delta) {
@@ -478,6 +548,6 @@ fn flat<T>(list: impl ExactSizeIterator<Item = u32>, value: impl Fn(u32) -> [T; 
 
 impl Settings {
     fn options(self) -> Options {
-        Options { undo: self.undo, flips: self.jumps, ..Options::default() }
+        Options { undo: self.undo, flips: self.jumps, mesh_alone: !self.resources, ..Options::default() }
     }
 }

@@ -133,12 +133,17 @@ fn soup(triangles: &[[u32; 3]], position: impl Fn(u32) -> [f32; 3]) -> Vec<[[u32
     soup
 }
 
+/// Pieces of a file, and where they begin.
+fn pieces(file: &[u8], size: usize) -> impl Iterator<Item = (u64, &[u8])> {
+    (0..).step_by(size).zip(file.chunks(size))
+}
+
 /// Follows a file in pieces, taking changes after every so many events.
 fn follow(file: &[u8], piece: usize, every: usize, settings: Settings) -> (Client, Copy, String) {
     let (mut client, mut copy, mut report) = (Client::new(settings), Copy::default(), String::new());
     let mut events = 0;
-    for bytes in file.chunks(piece) {
-        client.push(bytes);
+    for (at, bytes) in pieces(file, piece) {
+        client.push(at, bytes);
         while client.poll().expect("the file is well-formed") {
             events += 1;
             copy.entries = client.decoder().contents().map_or(Vec::new(), |of| of.attributes.clone());
@@ -316,7 +321,7 @@ fn new_vertices_begin_no_further_from_the_surface_than_is_told() {
         for every in [1, 3, 10] {
             let settings = Settings { jumps: true, ..Settings::default() };
             let (mut client, mut copy) = (Client::new(settings), Copy::default());
-            client.push(file);
+            client.push(0, file);
             for event in 1.. {
                 let more = client.poll().unwrap();
                 if more && event % every != 0 {
@@ -367,7 +372,7 @@ fn a_fault_names_its_atom() {
     let index = contents.steps(2).start;
     file[contents.atoms[index].offset as usize] ^= 0x40;
     let mut client = Client::new(Settings::default());
-    client.push(&file);
+    client.push(0, &file);
     let error = loop {
         match client.poll() {
             Ok(more) => assert!(more, "the fault is found"),
@@ -504,8 +509,8 @@ fn attributes_are_those_of_the_file() {
                 let settings = Settings { undo: true, ..Settings::default() };
                 let (mut client, mut copy, mut events) = (Client::new(settings), Copy::default(), 0);
                 let mut waits = false;
-                for bytes in file.chunks(piece) {
-                    client.push(bytes);
+                for (at, bytes) in pieces(&file, piece) {
+                    client.push(at, bytes);
                     while client.poll().unwrap() {
                         events += 1;
                         copy.entries =

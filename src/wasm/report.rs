@@ -6,10 +6,11 @@ use crate::container::{AttributeEntry, Contents, Header, Metadata, Plan};
 use crate::error::Error;
 use crate::mesh::attributes::Domain;
 use serde_json::{Value, json};
+use std::ops::Range;
 use std::sync::Arc;
 
 /// What the file holds, and where what is wanted of it ends.
-pub fn contents(contents: &Contents, plan: &Plan) -> Value {
+pub fn contents(contents: &Contents, wanted: Value) -> Value {
     let header = &contents.header;
     let levels: Vec<Value> = (0..header.level_count).map(|j| of_level(contents, j)).collect();
     json!({
@@ -23,15 +24,21 @@ pub fn contents(contents: &Contents, plan: &Plan) -> Value {
         "levels": levels,
         "tableEnd": header.table_end(),
         "fileBytes": contents.file_bytes(),
-        "wanted": wanted(plan),
+        "wanted": wanted,
         "attributes": [{ "name": "position", "components": 3 }, { "name": "normal", "components": 3 }],
         "fileAttributes": file_attributes(&contents.attributes),
+        "resources": resources(contents),
     })
 }
 
 /// What will be decoded is something else now.
-pub fn other(plan: &Plan) -> Value {
-    json!({ "type": "wanted", "wanted": wanted(plan) })
+pub fn other(wanted: Value) -> Value {
+    json!({ "type": "wanted", "wanted": wanted })
+}
+
+/// A resource is whole.
+pub fn resource(number: usize) -> Value {
+    json!({ "type": "resource", "number": number })
 }
 
 /// A level is complete.
@@ -122,13 +129,24 @@ fn file_attributes(entries: &[AttributeEntry]) -> Vec<Value> {
     told.collect()
 }
 
-fn wanted(plan: &Plan) -> Value {
+/// What is to be decoded, up to byte `end`, and where bytes before that need not come.
+pub fn wanted(plan: &Plan, end: u64, holes: &[[u64; 2]]) -> Value {
     json!({
         "level": plan.level,
         "vertices": plan.vertices,
         "triangles": plan.triangles,
-        "end": plan.end(),
+        "end": end,
+        "holes": holes,
     })
+}
+
+/// What the table of contents says of resources.
+fn resources(contents: &Contents) -> Vec<Value> {
+    let told = contents.resources.iter().map(|entry| {
+        let Range { start, end } = contents.bytes(entry.atoms.clone());
+        json!({ "kind": entry.kind.name(), "level": entry.place, "bytes": entry.bytes, "range": [start, end] })
+    });
+    told.collect()
 }
 
 fn of_level(contents: &Contents, level: u32) -> Value {

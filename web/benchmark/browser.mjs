@@ -71,6 +71,22 @@ export class Browser {
     return { ...told, tasks: tasksOf(trace.traceEvents), memory: Number.isFinite(memory) ? memory : null };
   }
 
+  /** Loads a scene in a page of its own, whose loaders are there; see `page/scene.js`. */
+  async scene(kind, path, line) {
+    const page = await this.#browser.newPage({ viewport: { width: 400, height: 300 } });
+    const control = await page.context().newCDPSession(page);
+    await control.send("Network.enable");
+    await control.send("Network.setCacheDisabled", { cacheDisabled: true });
+    await page.goto(`${this.#site.url}/scene`);
+    await page.waitForFunction(() => globalThis.loadScene);
+    await this.#limit(control, line);
+    try {
+      return await page.evaluate(([kind, url]) => globalThis.loadScene(kind, url), [kind, `/meshes/${path}?run=${++this.#runs}`]);
+    } finally {
+      await page.close();
+    }
+  }
+
   /** Bytes a second that a page and a worker get over a line. */
   async speeds({ page, control }, line) {
     await this.#limit(control, line);

@@ -23,6 +23,8 @@ Options:
       --cache <DIR>   Where the meshes' files are kept [default: unweld-bench in the folder for temporary files]
       --out <DIR>     Where to write BENCHMARKS.md and pictures/ [default: web]
       --json <FILE>   Where to write all that was measured, as JSON
+      --scenes        Measure scenes (.glb, .gltf) instead, with their textures, and write BENCHMARKS-SCENES.md; where none is given, five
+                      from $UNWELD_DATA or ../shared/data. $GLTFPACK is the program that packs the third column
       --quick         Check that it works: a small made mesh, each loaded once; nothing is written
   -h, --help          Print help
 
@@ -34,6 +36,8 @@ EXAMPLES
   web/bench --quick
 `;
 
+const MESHES = ["scan_bunny.ply.gz", "bench/igea.ply.gz", "bench/dragon_vrip.ply.gz"];
+const SCENES = ["tex_flighthelmet.glb", "scene_saw.glb", "tex_cat_statue.glb", "scene_sheenchair.glb", "tex_waterbottle.glb"].map((name) => `gltf/${name}`);
 const KINDS = ["unweld", "draco", "meshopt"];
 const LINES = [
   { megabits: 10, latency: 50 },
@@ -64,6 +68,14 @@ async function main() {
   if (!chromium) throw new Usage("there is no Chromium at /usr/bin/chromium; $CHROMIUM says where else");
   const unweld = command();
   const begin = performance.now();
+  if (values.scenes) {
+    const { measureScenes } = await import("./scenes.mjs");
+    const text = await measureScenes(positionals.length > 0 ? positionals : usual(SCENES), unweld, { ...values, gltfpack: process.env.GLTFPACK });
+    await mkdir(values.out, { recursive: true });
+    await writeFile(join(values.out, "BENCHMARKS-SCENES.md"), text);
+    process.stdout.write(text);
+    return 0;
+  }
   if (!values.quick) {
     const measured = await measure(positionals.length > 0 ? positionals : usual(), unweld, values);
     measured.seconds = (performance.now() - begin) / 1000;
@@ -84,7 +96,7 @@ async function main() {
 function read() {
   const text = { type: "string" };
   const options = { runs: text, cold: text, bits: text, cache: text, out: text, json: text };
-  const flags = { quick: { type: "boolean" }, help: { type: "boolean", short: "h" } };
+  const flags = { quick: { type: "boolean" }, scenes: { type: "boolean" }, help: { type: "boolean", short: "h" } };
   let told;
   try {
     told = parseArgs({ options: { ...options, ...flags }, allowPositionals: true });
@@ -112,9 +124,9 @@ function command() {
   return told.split("\n").filter(Boolean).map((line) => JSON.parse(line).executable).find(Boolean);
 }
 
-function usual() {
+function usual(names = MESHES) {
   const folder = process.env.UNWELD_DATA ?? join(root, "../shared/data");
-  const meshes = ["scan_bunny.ply.gz", "bench/igea.ply.gz", "bench/dragon_vrip.ply.gz"].map((name) => join(folder, name));
+  const meshes = names.map((name) => join(folder, name));
   const gone = meshes.find((mesh) => !existsSync(mesh));
   if (gone) throw new Usage(`${gone}: there is no such file; name meshes, or say in $UNWELD_DATA where they are`);
   return meshes;

@@ -19,6 +19,7 @@ const PAGE = `<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,
 export async function serve(meshes) {
   const files = await scripts();
   files.set("/", { bytes: Buffer.from(PAGE), type: "text/html" });
+  files.set("/scene", { bytes: Buffer.from(PAGE.replace("stage.js", "scene.js")), type: "text/html" });
   files.set("/bytes", { bytes: Buffer.alloc(1_000_000, 1), type: "application/octet-stream" });
   for (const { files: kinds } of meshes) {
     for (const { path, sent, encoding } of Object.values(kinds)) {
@@ -53,7 +54,7 @@ async function scripts() {
   const local = (path) => fileURLToPath(new URL(path, import.meta.url));
   const three = { name: "three", setup: (build) => build.onResolve({ filter: /^three$/ }, () => ({ path: "three", external: true })) };
   const { outputFiles } = await build({
-    entryPoints: ["stage", "unweld", "draco", "meshopt", "pictures"].map((name) => local(`page/${name}.js`)),
+    entryPoints: ["stage", "unweld", "draco", "meshopt", "pictures", "scene"].map((name) => local(`page/${name}.js`)),
     outdir: local("page"),
     bundle: true,
     format: "esm",

@@ -27,4 +27,5 @@ const UNTIL: { [name in keyof Required<Until>]: (value: unknown) => boolean } = 
   error: isAmount,
   measure: (value) => value === "max" || value === "rms",
   triangles: isAmount,
+  textures: isAmount,
 };

@@ -40,6 +40,8 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   #wants = 0;
   #wake: (() => void) | null = null;
   #state: "open" | "complete" | "closed" = "open";
+  /** What `peek` has looked at. */
+  #peeked: IteratorResult<Delta, undefined> | null = null;
   readonly #abort = () => this.close();
 
   constructor(input: Input, options: DecodeOptions) {
@@ -47,12 +49,13 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
     checkUntil(options.until ?? {});
     this.#options = options;
     this.#source = new Source(input, options);
-    const { until, relative, levels, jumps, wasm } = options;
+    const { until, relative, levels, jumps, resources, wasm } = options;
     const settings: Settings = {};
     if (until) settings.until = until;
     if (relative) settings.relative = relative;
     if (levels) settings.levels = levels;
     if (jumps) settings.jumps = jumps;
+    if (resources) settings.resources = resources;
     if (wasm) settings.wasm = wasm;
     this.#decoding = (options.pool ?? shared()).open(settings);
     options.signal?.addEventListener("abort", this.#abort, { once: true });
@@ -77,7 +80,18 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
     return this;
   }
 
+  /** What the file holds, before anything of it is taken: the next delta stays the next; `null` where there is none. */
+  async peek(): Promise<Contents | null> {
+    this.#peeked ??= await this.next();
+    return this.#peeked.value?.contents ?? null;
+  }
+
   async next(): Promise<IteratorResult<Delta, undefined>> {
+    if (this.#peeked) {
+      const peeked = this.#peeked;
+      this.#peeked = null;
+      return peeked;
+    }
     const { signal } = this.#options;
     signal?.throwIfAborted();
     if (this.#state !== "open") return { done: true, value: undefined };
@@ -86,7 +100,7 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
       const delta = await this.#decoding.next();
       signal?.throwIfAborted();
       if (delta) {
-        this.contents = delta.contents;
+        this.#know(delta.contents);
         return { done: false, value: delta };
       }
     } catch (error) {
@@ -120,13 +134,21 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
     if (this.#state === "closed") throw new TypeError("the stream is closed");
     const contents = await this.#decoding.want(until);
     if (contents) {
-      this.contents = contents;
+      this.#know(contents);
       this.#source.expected = contents.wanted.end;
       if (this.#source.isSatisfied) this.#source.rest();
+      for (const number of contents.lacking) {
+        await this.#decoding.add(number, await this.#source.part(contents.resources[number]!.range));
+      }
     }
     if (this.#state === "complete") this.#state = "open";
     this.#wants++;
     this.#wake?.();
+  }
+
+  #know(contents: Contents): void {
+    this.contents = contents;
+    this.#source.holes = contents.wanted.holes;
   }
 
   /**
@@ -162,7 +184,7 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
         }
         const bytes = await source.read();
         if (bytes === "restart") await this.#decoding.restart();
-        else if (bytes) source.expected = (await this.#decoding.push(bytes)) ?? source.expected;
+        else if (bytes) source.expected = (await this.#decoding.push(bytes, source.received - bytes.byteLength)) ?? source.expected;
         else if (source.isOver) await this.#decoding.end(source.isPrefix ? "prefix" : "for good");
       }
     } catch (error) {
@@ -179,6 +201,7 @@ const OPTIONS = Object.keys({
   relative: true,
   levels: true,
   jumps: true,
+  resources: true,
   wasm: true,
   signal: true,
   retries: true,

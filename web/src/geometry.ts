@@ -1,8 +1,10 @@
 // A geometry that grows in place, and its edges.
 
-import { BufferAttribute, BufferGeometry, Box3, Sphere, type TypedArray, Vector3 } from "three";
+import { BufferAttribute, BufferGeometry, Box3, Sphere, Vector3 } from "three";
 import { ARRAYS } from "./attributes.js";
+import { Following } from "./following.js";
 import { Parts } from "./parts.js";
+import { counted, roomy, scatter, upload } from "./room.js";
 import type { Attributes, Contents, Delta, FileAttribute, Level, MeshStream, Until } from "./unweld.js";
 import { isFlat, Wedges } from "./wedges.js";
 
@@ -59,13 +61,11 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
    * disposed of before.
    */
   readonly complete: Promise<void>;
-  readonly #stream: MeshStream;
+  readonly #following: Following;
+  readonly #relative: boolean;
   readonly #morph: boolean;
   readonly #begin = performance.now();
-  #following: Promise<void> | null = null;
-  #first: (reached: Promise<void>) => void = () => {};
   #releasing = false;
-  #isDisposed = false;
   /** The wedges, where buffers are by wedge, and the parts, where the index is by part. */
   #wedges: Wedges | null = null;
   #parts: Parts | null = null;
@@ -74,11 +74,12 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   /** Follows a stream. */
   constructor(stream: MeshStream, { morph = false, waits = false }: GeometryOptions = {}) {
     super();
-    this.#stream = stream;
+    this.#relative = stream?.relative ?? false;
     this.#morph = morph;
-    this.complete = waits ? new Promise((resolve) => (this.#first = resolve)) : this.#follow();
-    this.complete.catch(() => {});
-    this.addEventListener("dispose", () => this.#releasing || this.#dispose());
+    const ended = (error?: { error: unknown }) => this.dispatchEvent(error ? { type: "error", ...error } : { type: "complete" });
+    this.#following = new Following(stream, { apply: (delta) => this.apply(delta), ended }, waits);
+    this.complete = this.#following.complete;
+    this.addEventListener("dispose", () => this.#releasing || this.#following.dispose());
   }
 
   /** How far the surface jumped at most with the delta applied last, new vertices being where they begin: see `Delta.jump`. */
@@ -105,25 +106,21 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   }
 
   /** Shows a level that has arrived, or with `null` the finest; wants `UnweldLoader.levels`. */
-  async show(level: number | null): Promise<void> {
-    this.apply(await this.#stream.show(level));
+  show(level: number | null): Promise<void> {
+    return this.#following.show(level);
   }
 
   /**
    * Wants more or less of the file from now on; resolves when it is there. Only bytes that are missing are fetched; what there is stays. Where
    * a coarser level is shown, that comes first: `show(null)`.
    */
-  async want(until: Until): Promise<void> {
-    const reached = this.#stream.want(until).then(() => this.resume());
-    this.#first(reached);
-    return reached;
+  want(until: Until): Promise<void> {
+    return this.#following.want(until);
   }
 
   /** Goes on after a `ConnectionError`; resolves when all that is wanted is there. */
-  async resume(): Promise<void> {
-    // Something else may have been wanted just when all was there.
-    do await this.#follow();
-    while (this.#stream.isOpen);
+  resume(): Promise<void> {
+    return this.#following.resume();
   }
 
   /** Applies what has changed; only that is sent to the graphics card. */
@@ -307,35 +304,6 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     [this.dressed, this.#wedges, this.#parts, this.#alive] = [false, null, null, new Set()];
   }
 
-  #dispose(): void {
-    if (this.#isDisposed) return;
-    this.#isDisposed = true;
-    this.#stream.close();
-    // Where nothing has been wanted yet.
-    const gone = Promise.reject(disposed());
-    gone.catch(() => {});
-    this.#first(gone);
-  }
-
-  #follow(): Promise<void> {
-    return (this.#following ??= this.#iterate().finally(() => (this.#following = null)));
-  }
-
-  async #iterate(): Promise<void> {
-    try {
-      for (;;) {
-        const { done, value } = await this.#stream.next();
-        if (this.#isDisposed && !this.last?.complete) throw disposed();
-        if (done) break;
-        this.apply(value);
-      }
-    } catch (error) {
-      this.dispatchEvent({ type: "error", error });
-      throw error;
-    }
-    this.dispatchEvent({ type: "complete" });
-  }
-
   #most(): { readonly vertices: number; readonly triangles: number } {
     const contents = this.contents!;
     return (this.room === null ? null : contents.levels[this.room]) ?? contents.wanted;
@@ -385,7 +353,7 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
   /** The bounding box is known from the first bytes on. Vertices of coarse levels can lie outside the input's, by no more than their level's error. */
   #bound(contents: Contents): void {
     this.contents = contents;
-    const relative = this.#stream.relative;
+    const relative = this.#relative;
     const min = new Vector3(...(relative ? [0, 0, 0] : contents.min));
     const max = new Vector3(...contents.max);
     if (relative) max.sub(new Vector3(...contents.min));
@@ -403,15 +371,12 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     const type = ARRAYS[name === "index" ? "u32" : (file?.type ?? "f32")];
     const there = name === "index" ? this.index : this.getAttribute(name);
     // A file's own normals may be of another type than those worked out.
-    const old = there?.array instanceof type ? there : null;
-    if (old && old.array.length >= count * components) return [counted(old as BufferAttribute, count * components), false];
-    const room = components * Math.max(count, Math.min(most, Math.max(LEAST_ROOM, GROWTH * count)));
-    const array = new type(room);
-    if (old) array.set(old.array);
-    const attribute = new BufferAttribute(array, name === "index" ? 1 : components, file?.normalised ?? false);
+    const limits = { numbers: components * most, least: components * LEAST_ROOM };
+    const [attribute, fresh] = roomy(there as BufferAttribute | null, type, name === "index" ? 1 : components, components * count, limits, file?.normalised);
+    if (!fresh) return [attribute, false];
     if (name === "index") this.setIndex(attribute);
     else this.setAttribute(name, attribute);
-    return [counted(attribute, count * components), true];
+    return [attribute, true];
   }
 }
 
@@ -473,18 +438,6 @@ export class UnweldEdges extends BufferGeometry {
   }
 }
 
-/**
- * Tells an attribute how many of its numbers are in use. The renderer sends whole arrays; whatever else reads a geometry, such as bounding boxes and
- * exporters, goes by the count.
- */
-function counted(attribute: BufferAttribute, numbers: number): BufferAttribute {
-  return Object.assign(attribute, { count: numbers / attribute.itemSize });
-}
-
-function disposed(): DOMException {
-  return new DOMException("the geometry has been disposed of", "AbortError");
-}
-
 /** The normals that a surface is shaded with. */
 function isNormal({ name, domain, type, semantic, components }: FileAttribute): boolean {
   return name === "normal" && domain === "corner" && type === "f32" && semantic === "normal" && components === 3;
@@ -502,34 +455,3 @@ const OF_VERTICES = ["position", "normal", "from", "born"];
 const LEAST_ROOM = 1 << 14;
 /** Seconds: vertices born then are in their places. */
 const LONG_AGO = 1e6;
-/** How many times the room grows. */
-const GROWTH = 4;
-/** Items that are sent together if one of them has changed: a call costs as much as some kilobytes. */
-const BLOCK = 512;
-
-/** Blocks between two that are sent with them. */
-const NEAR = 4;
-
-function scatter(array: TypedArray, components: number, places: Uint32Array, values: ArrayLike<number>): void {
-  for (let k = 0; k < places.length; k++) {
-    const to = components * places[k]!;
-    for (let c = 0; c < components; c++) array[to + c] = values[components * k + c]!;
-  }
-}
-
-/** Marks what has to be sent: items from `first` to `end`, and the blocks that `places` lie in. */
-function upload(attribute: BufferAttribute, size: number, first: number, end: number, places?: Uint32Array): void {
-  const add = (from: number, to: number) => attribute.addUpdateRange(from * size, (to - from) * size);
-  if (places?.length) {
-    const blocks = new Uint8Array(Math.ceil(first / BLOCK));
-    for (const place of places) blocks[Math.floor(place / BLOCK)] = 1;
-    for (let from = blocks.indexOf(1); from >= 0; ) {
-      let [to, next] = [from + 1, blocks.indexOf(1, from + 1)];
-      for (; next >= 0 && next - to < NEAR; next = blocks.indexOf(1, to)) to = next + 1;
-      add(from * BLOCK, Math.min(to * BLOCK, first));
-      from = next;
-    }
-  }
-  if (end > first) add(first, end);
-  attribute.needsUpdate = true;
-}

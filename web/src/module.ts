@@ -8,7 +8,10 @@ interface Exports {
   unweld_new(settings: number, want: number, value: number): void;
   unweld_want(want: number, value: number): void;
   unweld_room(length: number): number;
-  unweld_push(length: number): void;
+  unweld_push(at: number, length: number): void;
+  unweld_skip(number: number): void;
+  unweld_add(number: number, length: number): number;
+  unweld_resource(number: number): number;
   unweld_poll(): number;
   unweld_finish(): number;
   unweld_waiting(): number;
@@ -61,7 +64,7 @@ export function compile(url: string | URL | undefined): Promise<WebAssembly.Modu
 
 /** What numbers mean to the module, as it tells it: names by number, or by bit, and name and kind of each field of `Changes`. */
 interface Terms {
-  settings: ("relative" | "levels" | "jumps")[];
+  settings: ("relative" | "levels" | "jumps" | "resources")[];
   wants: string[];
   outcomes: string[];
   fields: [name: string, kind: keyof typeof READ][];
@@ -83,10 +86,32 @@ export class Decoder {
     this.#exports.unweld_want(...this.#wanted(until));
   }
 
-  push(bytes: Uint8Array): void {
+  /** Bytes of the file from byte `at` on. */
+  push(at: number, bytes: Uint8Array): void {
+    this.#put(bytes);
+    this.#exports.unweld_push(at, bytes.byteLength);
+  }
+
+  /** Leaves out a resource. */
+  skip(number: number): void {
+    this.#exports.unweld_skip(number);
+  }
+
+  /** Adds a resource that was left out; `false` where there is a fault to report. */
+  add(number: number, bytes: Uint8Array): boolean {
+    this.#put(bytes);
+    return this.#terms.outcomes[this.#exports.unweld_add(number, bytes.byteLength)] !== "fault";
+  }
+
+  /** A resource that is whole. */
+  resource(number: number): Uint8Array<ArrayBuffer> {
+    const at = this.#exports.unweld_resource(number) >>> 0;
+    return READ["u8[]"](this.#exports.memory.buffer, at);
+  }
+
+  #put(bytes: Uint8Array): void {
     const room = this.#exports.unweld_room(bytes.byteLength) >>> 0;
     new Uint8Array(this.#exports.memory.buffer, room, bytes.byteLength).set(bytes);
-    this.#exports.unweld_push(bytes.byteLength);
   }
 
   /** `true` where there was an event, `false` where more bytes are needed, `"fault"` where there is a fault to report. */
@@ -143,7 +168,7 @@ const READ = {
   f32: (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, at, 1)[0],
   "u32[]": (buffer: ArrayBuffer, at: number) => new Uint32Array(buffer, ...words(buffer, at)).slice(),
   "f32[]": (buffer: ArrayBuffer, at: number) => new Float32Array(buffer, ...words(buffer, at)).slice(),
-  "u8[]": (buffer: ArrayBuffer, at: number) => new Uint8Array(buffer, ...words(buffer, at)).slice(),
+  "u8[]": (buffer: ArrayBuffer, at: number) => new Uint8Array(buffer, ...words(buffer, at)).slice() as Uint8Array<ArrayBuffer>,
 };
 
 /** Two words: address and length, mostly. */

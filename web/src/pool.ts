@@ -68,11 +68,12 @@ class Remote {
     // Bytes on their way to the worker, and whether it has told where what is wanted ends.
     let [ahead, known] = [0, false];
     return {
-      push: (bytes) => {
+      add: (number, bytes) => call("add", [number, bytes]),
+      push: (bytes, at) => {
         // A piece of a larger buffer is copied: the rest of the buffer may be someone's.
         const own = bytes.byteLength === bytes.buffer.byteLength ? bytes : bytes.slice();
         const length = own.byteLength;
-        const answer = call<number | null>("push", own, [own.buffer]);
+        const answer = call<number | null>("push", [own, at], [own.buffer]);
         ahead += length;
         const answered = answer.finally(() => (ahead -= length));
         if (!known || ahead >= MOST_AHEAD) {

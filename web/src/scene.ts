@@ -50,9 +50,16 @@ export function levelFor(
   return Math.min(coarsest!, Math.max(finest!, contents.wanted.level));
 }
 
+/** What a planner wants of a geometry, or of all of a scene: `gltf.unweld`. */
+export type Refinable = Pick<UnweldGeometry, "contents" | "boundingSphere" | "finest" | "last" | "room" | "show" | "want" | "bytesOf">;
+
+/** What is seen of it. */
+export type Refined = Object3D;
+
 /** A mesh with a planner. */
 interface Planned {
-  readonly mesh: Mesh<UnweldGeometry>;
+  readonly mesh: Refined;
+  readonly geometry: Refinable;
   step: Step;
   /** What has been asked of the geometry comes one after the other. */
   queue: Promise<unknown>;
@@ -90,7 +97,7 @@ export class UnweldPlanner {
   /** What was decided last. */
   last: Decision | null = null;
   /** Called when a mesh cannot be read on; one whose connection was lost goes on with `retry`. */
-  onError: (mesh: Mesh<UnweldGeometry>, error: unknown) => void = () => {};
+  onError: (mesh: Refined, error: unknown) => void = () => {};
   readonly #planned: Planned[] = [];
   #view: [Camera, number] | null = null;
 
@@ -104,15 +111,17 @@ export class UnweldPlanner {
     this.segment = rules.segment ?? 65_536;
   }
 
-  /** Takes up a mesh. */
-  add(mesh: Mesh<UnweldGeometry>): this {
+  /** Takes up a mesh with its geometry, or a scene with what refines it: `add(gltf.scene, gltf.unweld)`. */
+  add(mesh: Mesh<UnweldGeometry>): this;
+  add(scene: Object3D, refinable: Refinable): this;
+  add(mesh: Refined, geometry: Refinable = (mesh as Mesh<UnweldGeometry>).geometry): this {
     const step: Step = { goal: null, show: null, read: null };
-    this.#planned.push({ mesh, step, queue: Promise.resolve(), shown: null, error: null });
+    this.#planned.push({ mesh, geometry, step, queue: Promise.resolve(), shown: null, error: null });
     return this;
   }
 
   /** Lets go of a mesh, as it is. */
-  remove(mesh: Mesh<UnweldGeometry>): this {
+  remove(mesh: Refined): this {
     const place = this.#planned.findIndex((planned) => planned.mesh === mesh);
     if (place >= 0) this.#planned.splice(place, 1);
     return this;
@@ -122,9 +131,10 @@ export class UnweldPlanner {
   update(camera: Camera, height: number): Decision {
     this.#view = [camera, height];
     const planned = this.#planned.filter(({ error }) => error === null);
+    const owners = new Map(planned.flatMap(({ geometry }) => (geometry.contents?.levels ?? []).map((level) => [level, geometry] as const)));
     const decision = decide(
       planned.map((one) => this.#standing(one, camera, height)),
-      { ...this, bytesOf: (level) => planned[0]!.mesh.geometry.bytesOf(level) },
+      { ...this, bytesOf: (level) => owners.get(level)?.bytesOf(level) ?? 0 },
     );
     planned.forEach((one, k) => this.#carryOut(one, decision.steps[k]!));
     return (this.last = decision);
@@ -140,15 +150,15 @@ export class UnweldPlanner {
     this.#again();
   }
 
-  #standing({ mesh, step }: Planned, camera: Camera, height: number): Standing {
-    const { contents, boundingSphere, finest } = mesh.geometry;
+  #standing({ mesh, geometry, step }: Planned, camera: Camera, height: number): Standing {
+    const { contents, boundingSphere, finest } = geometry;
     const scale = boundingSphere ? pixelsPerUnit(mesh, boundingSphere, camera, height) : 0;
-    const last = mesh.geometry.last?.prefix ? (finest ?? 0) : 0;
+    const last = geometry.last?.prefix ? (finest ?? 0) : 0;
     return { levels: contents?.levels ?? null, scale, arrived: finest, last, goal: step.goal, turn: step.read };
   }
 
   #carryOut(one: Planned, step: Step): void {
-    const { geometry } = one.mesh;
+    const { geometry } = one;
     const before = one.step;
     one.step = step;
     geometry.room = step.goal;

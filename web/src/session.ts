@@ -1,14 +1,17 @@
 // One mesh on its way from bytes to deltas, on whichever thread.
 
 import { attributesOf } from "./attributes.js";
+import { unwanted, type Document } from "./document.js";
 import { errorOf, type Fault } from "./errors.js";
 import { compile, Decoder } from "./module.js";
-import type { Attributes, Contents, Delta, Level, Metadata, Numbers, Residue, Settings, Until } from "./types.js";
+import type { Attributes, Contents, Delta, Level, Metadata, Numbers, Residue, Resource, Settings, Until } from "./types.js";
 
 /** What decodes a mesh: a session on this thread, or one in a worker. */
 export interface Decoding {
-  /** Hands over the next bytes; resolves as soon as there is room for more: with the byte at which what is wanted ends, if known. */
-  push(bytes: Uint8Array): Promise<number | null>;
+  /** Hands over bytes of the file from byte `at` on; resolves as soon as there is room for more: with the byte at which what is wanted ends, if known. */
+  push(bytes: Uint8Array, at: number): Promise<number | null>;
+  /** Hands over a resource that was left out: all bytes that it takes in the file. */
+  add(number: number, bytes: Uint8Array): Promise<void>;
   /** Wants something else from now on; resolves with what is then told, if the file is known. */
   want(until: Until): Promise<Contents | null>;
   /** Says whether more bytes will come; where they do not, for now or for good, `next` does not wait for them. */
@@ -28,7 +31,7 @@ export type Ended = "no" | "for now" | "for good" | "prefix";
 export class Session implements Decoding {
   #settings: Settings;
   #decoder: Promise<Decoder>;
-  #queue: Uint8Array[] = [];
+  #queue: { bytes: Uint8Array; at: number }[] = [];
   #queued = 0;
   /** Whether all bytes there are have been decoded. */
   #dry = true;
@@ -50,6 +53,10 @@ export class Session implements Decoding {
   /** Whether anything has happened since the last delta, and the levels completed since. */
   #any = false;
   #levels: Level[] = [];
+  #resources: Resource[] = [];
+  #document: Document | null = null;
+  /** Resources that are left out. */
+  #skipped = new Set<number>();
   #wake: (() => void)[] = [];
 
   constructor(settings: Settings) {
@@ -57,8 +64,8 @@ export class Session implements Decoding {
     this.#decoder = this.#new();
   }
 
-  async push(bytes: Uint8Array): Promise<number | null> {
-    for (let at = 0; at < bytes.byteLength; at += PIECE) this.#queue.push(bytes.subarray(at, at + PIECE));
+  async push(bytes: Uint8Array, at: number): Promise<number | null> {
+    for (let from = 0; from < bytes.byteLength; from += PIECE) this.#queue.push({ bytes: bytes.subarray(from, from + PIECE), at: at + from });
     this.#queued += bytes.byteLength;
     this.#dry = false;
     this.#ended = "no";
@@ -74,10 +81,19 @@ export class Session implements Decoding {
     const decoder = await this.#current();
     this.#count();
     decoder.want(until);
+    this.#skip(decoder);
     this.#note(decoder);
     this.#dry = false;
     this.#stir();
     return this.#contents;
+  }
+
+  async add(number: number, bytes: Uint8Array): Promise<void> {
+    const decoder = await this.#current();
+    if (decoder.add(number, bytes)) this.#skipped.delete(number);
+    this.#any = true;
+    this.#note(decoder);
+    this.#stir();
   }
 
   async end(ended: Ended): Promise<void> {
@@ -92,6 +108,9 @@ export class Session implements Decoding {
     this.#ended = "no";
     this.#lowered = [];
     this.#levels = [];
+    this.#resources = [];
+    this.#document = null;
+    this.#skipped.clear();
     this.#contents = this.#level = this.#residue = this.#metadata = this.#fault = null;
     this.#complete = this.#any = this.#isPrefix = false;
     this.#dry = true;
@@ -200,20 +219,21 @@ export class Session implements Decoding {
         if (this.#fault || this.#complete) return;
         continue;
       }
-      const bytes = this.#isSatisfied() ? undefined : this.#queue.shift();
-      this.#dry = !bytes;
-      if (!bytes) return;
-      decoder.push(bytes);
-      this.#queued -= bytes.byteLength;
-      this.#bytes += bytes.byteLength;
+      const next = this.#isSatisfied() ? undefined : this.#queue.shift();
+      this.#dry = !next;
+      if (!next) return;
+      decoder.push(next.at, next.bytes);
+      this.#queued -= next.bytes.byteLength;
+      this.#bytes = next.at + next.bytes.byteLength;
     }
   }
 
   #note(decoder: Decoder): void {
     for (const report of decoder.report()) {
       const { type, ...what } = report;
-      if (type === "contents") this.#contents = what as unknown as Contents;
+      if (type === "contents") this.#contents = { ...(what as unknown as Contents), lacking: [] };
       else if (type === "level") this.#levels.push((this.#level = what as unknown as Level));
+      else if (type === "resource") this.#noteResource(decoder, (what as { number: number }).number);
       else if (type === "residue") this.#residue = what as unknown as Residue;
       else if (type === "metadata") this.#metadata = what as unknown as Metadata;
       else if (type === "wanted" && this.#contents) {
@@ -222,6 +242,35 @@ export class Session implements Decoding {
       } else if (type === "end") this.#complete = true;
       else if (type === "fault") this.#fault = errorOf(what as unknown as Fault);
     }
+  }
+
+  #noteResource(decoder: Decoder, number: number): void {
+    const { resources } = this.#contents!;
+    const { kind } = resources[number]!;
+    const [bytes, first] = [decoder.resource(number), resources.findIndex((resource) => resource.kind === kind)];
+    this.#resources.push({ kind, number: number - first, bytes });
+    if (kind !== "scene") return;
+    try {
+      this.#document = JSON.parse(new TextDecoder().decode(bytes)) as Document;
+    } catch {
+      // Whoever makes a scene of it will say so.
+      return;
+    }
+    this.#skip(decoder);
+    this.#note(decoder);
+  }
+
+  /** Leaves out images that are larger than wanted; what was left out and is wanted now, `Contents.lacking` tells. */
+  #skip(decoder: Decoder): void {
+    if (!this.#document || !this.#contents) return;
+    const first = this.#contents.resources.findIndex(({ kind }) => kind === "buffer");
+    const others = unwanted(this.#document, this.#settings.until?.textures ?? Infinity).map((buffer) => buffer + first);
+    for (const number of others) {
+      if (this.#skipped.has(number) || !this.#contents.resources[number]) continue;
+      this.#skipped.add(number);
+      decoder.skip(number);
+    }
+    this.#contents = { ...this.#contents, lacking: [...this.#skipped].filter((number) => !others.includes(number)) };
   }
 
   #delta(decoder: Decoder): Delta {
@@ -248,6 +297,7 @@ export class Session implements Decoding {
       indices: changes.indices,
       rewritten: { triangles: changes.rewritten, indices: changes.rewrittenIndices },
       attributes: attributesOf(contents.fileAttributes, changes),
+      resources: this.#resources.splice(0),
       contents,
       level: lowered === undefined ? this.#level : (contents.levels[lowered] ?? null),
       levels,
@@ -279,6 +329,7 @@ export function buffersOf(delta: Delta): ArrayBuffer[] {
     delta.indices,
     delta.rewritten.triangles,
     delta.rewritten.indices,
+    ...delta.resources.map(({ bytes }) => bytes),
     ...(delta.attributes ? arraysOf(delta.attributes) : []),
   ];
   return arrays.map((array) => array.buffer as ArrayBuffer);

@@ -40,6 +40,8 @@ export class Source {
   received = 0;
   /** Bytes that are wanted, once known: less is a connection lost, and no more are asked for. */
   expected: number | null = null;
+  /** Where no bytes are wanted: they are jumped over where that saves something. */
+  holes: readonly (readonly [number, number])[] = [];
   /** Whether the input has ended. */
   isOver = false;
   /** Whether it has ended as a prefix of the file: what is wanted is not all there, and no fault. */
@@ -80,6 +82,7 @@ export class Source {
     for (;;) {
       if (this.isSatisfied || this.#cancelled.signal.aborted) return null;
       try {
+        this.#jump();
         if (!this.#reader && (await this.#open()) === "restart") return "restart";
         if (this.isOver) continue;
         const reader: Reader = this.#reader!;
@@ -108,6 +111,24 @@ export class Source {
         await pause(500 * 2 ** (this.#failures - 1), this.#cancelled.signal);
       }
     }
+  }
+
+  /** Bytes of the file from one to the one before `to`, whatever is read otherwise. */
+  async part([from, to]: readonly [number, number]): Promise<Uint8Array> {
+    const headers = new Headers({ Range: `bytes=${from}-${to - 1}` });
+    if (this.#validator !== null) headers.set("If-Range", this.#validator);
+    const response = await this.#fetch(headers);
+    if (!response.ok) throw new HttpError(this.url, response.status, response.statusText);
+    const bytes = new Uint8Array(await response.arrayBuffer());
+    return response.status === 206 ? bytes : bytes.subarray(from, to);
+  }
+
+  /** Leaves out what is not wanted, if the connection can be taken up behind it. */
+  #jump(): void {
+    const hole = this.holes.find(([from, to]) => from <= this.received && to - this.received >= LEAST_HOLE);
+    if (!hole || !this.url || this.#validator === null) return;
+    this.#drop();
+    this.received = hole[1];
   }
 
   /** Lets go of the connection, if it can be taken up again; else it waits. */
@@ -215,13 +236,15 @@ export class Source {
     if (this.received === 0) return;
     this.received = 0;
     this.expected = null;
+    this.holes = [];
     return "restart";
   }
 
-  /** The last byte to ask for: of what is wanted, or until that is known, a little more than before. Empty for all of them. */
+  /** The last byte to ask for: of what is wanted, up to where nothing is, or until that is known, a little more than before. Empty for all of them. */
   #last(): number | "" {
     const { head } = this.#options;
-    if (this.expected !== null) return this.expected - 1;
+    const hole = this.holes.find(([from, to]) => from > this.received && to - from >= LEAST_HOLE);
+    if (this.expected !== null) return Math.min(this.expected, hole?.[0] ?? Infinity) - 1;
     return head === undefined ? "" : this.received + Math.max(head, 3 * this.received) - 1;
   }
 
@@ -246,6 +269,9 @@ export class Source {
     this.#reader = response.body?.getReader() ?? readerOf([]);
   }
 }
+
+/** Bytes that are read rather than asked for anew behind them. */
+const LEAST_HOLE = 1 << 16;
 
 /** What tells one version of a file from another: a strong ETag, or else the date. */
 function validatorOf(response: Response): string | null {

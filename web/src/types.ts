@@ -18,12 +18,46 @@ export interface Contents {
   readonly tableEnd: number;
   /** Bytes of the whole file. */
   readonly fileBytes: number;
-  /** What will be decoded of it; its bytes are the first `end` of the file. `MeshStream.want` changes it. */
-  readonly wanted: { readonly level: number; readonly vertices: number; readonly triangles: number; readonly end: number };
+  /** What will be decoded of it. `MeshStream.want` changes it. */
+  readonly wanted: Wanted;
   /** The attributes of a vertex that deltas have. */
   readonly attributes: readonly { readonly name: string; readonly components: number }[];
   /** What else the file has at corners and triangles: `Delta.attributes` tells the values. */
   readonly fileAttributes: readonly FileAttribute[];
+  /** Files beside the mesh, in their order: the glTF document of a scene, and its binary data. `Delta.resources` tells them. */
+  readonly resources: readonly ResourceEntry[];
+  /** Those of them, by number, that are wanted and were not while their bytes went by. */
+  readonly lacking: readonly number[];
+}
+
+/** What will be decoded: its bytes are the first `end` of the file, but for `holes`, each from a byte to the one behind its last. */
+export interface Wanted {
+  readonly level: number;
+  readonly vertices: number;
+  readonly triangles: number;
+  readonly end: number;
+  readonly holes: readonly (readonly [number, number])[];
+}
+
+/** What the table of contents tells of a resource. */
+export interface ResourceEntry {
+  readonly kind: ResourceKind;
+  /** The level behind which it stands. */
+  readonly level: number;
+  readonly bytes: number;
+  /** Where in the file: the first byte, and the one behind the last. */
+  readonly range: readonly [number, number];
+}
+
+/** `scene`: a glTF document; `buffer`: one of its buffers. */
+export type ResourceKind = "scene" | "buffer";
+
+/** A resource that is there as a whole. */
+export interface Resource {
+  readonly kind: ResourceKind;
+  /** Its number among those of its kind: of the buffer in the document. */
+  readonly number: number;
+  readonly bytes: Uint8Array<ArrayBuffer>;
 }
 
 /** An attribute of a file, but for its values. */
@@ -125,6 +159,8 @@ export interface Delta {
   readonly rewritten: { readonly triangles: Uint32Array; readonly indices: Uint32Array };
   /** What is new of the file's attributes, or `null`. Where `firstVertex` is 0 there are none but these. */
   readonly attributes: Attributes | null;
+  /** The resources that have come, where they are wanted. */
+  readonly resources: readonly Resource[];
   /** What the file holds. */
   readonly contents: Contents;
   /** The finest level that is complete, or `null` before the base is. */
@@ -177,6 +213,8 @@ export interface Until {
   measure?: Measure;
   /** As long as there are at most so many triangles, those of the residue left out. */
   triangles?: number;
+  /** Beside these: of an image that has previews only those of at most so many pixels along the longer side, or the smallest, and not the image itself. */
+  textures?: number;
 }
 
 /** Settings of a decoder. */
@@ -188,6 +226,8 @@ export interface Settings {
   levels?: boolean;
   /** Whether `jump` is wanted. */
   jumps?: boolean;
+  /** Whether resources are wanted: the document and the binary data of a scene. Without it they are not fetched. */
+  resources?: boolean;
   /** Where `unweld.wasm` is, if not beside the script. */
   wasm?: string | URL;
 }

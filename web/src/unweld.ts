@@ -16,6 +16,10 @@ export type {
   Numbers,
   NumberType,
   Residue,
+  Resource,
+  ResourceEntry,
+  ResourceKind,
   Settings,
   Until,
+  Wanted,
 } from "./types.js";

@@ -30,6 +30,11 @@ export class Wedges {
     return (this.#last[v] ?? 0) - 1;
   }
 
+  /** The wedge of the same vertex that came before, or -1. */
+  previous(wedge: number): number {
+    return this.#before[wedge]! - 1;
+  }
+
   vertex(wedge: number): number {
     return this.#vertices[wedge]!;
   }

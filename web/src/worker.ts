@@ -7,7 +7,7 @@ import type { Delta, Settings, Until } from "./types.js";
 export interface Call {
   session: number;
   call: number;
-  method: "open" | "push" | "want" | "end" | "restart" | "next" | "show" | "close";
+  method: "open" | "push" | "add" | "want" | "end" | "restart" | "next" | "show" | "close";
   argument?: unknown;
 }
 
@@ -41,7 +41,9 @@ function carryOut(number: number, method: Call["method"], argument: unknown): un
       sessions.delete(number);
       return session.close();
     case "push":
-      return session.push(argument as Uint8Array);
+      return session.push(...(argument as [Uint8Array, number]));
+    case "add":
+      return session.add(...(argument as [number, Uint8Array]));
     case "want":
       return session.want(argument as Until);
     case "end":

@@ -322,7 +322,7 @@ test("what ends early is a prefix where the caller says so, if it holds the base
 });
 
 test("what there is not to be said is refused by its name", async () => {
-  const known = "level, error, measure, triangles";
+  const known = "level, error, measure, triangles, textures";
   assert.throws(() => decode(sphere, { until: { eror: 1 } }), { name: "TypeError", message: `until has no "eror": only ${known}` });
   for (const value of [NaN, -1, "1", null]) assert.throws(() => decode(sphere, { until: { error: value } }), /^TypeError: until.error cannot be /);
   assert.throws(() => decode(sphere, { untill: {} }), /^TypeError: decode has no "untill": only until, /);

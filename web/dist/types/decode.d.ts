@@ -32,6 +32,8 @@ export declare class MeshStream implements AsyncIterableIterator<Delta> {
     /** Whether positions are relative to `contents.min`. */
     get relative(): boolean;
     [Symbol.asyncIterator](): this;
+    /** What the file holds, before anything of it is taken: the next delta stays the next; `null` where there is none. */
+    peek(): Promise<Contents | null>;
     next(): Promise<IteratorResult<Delta, undefined>>;
     /** Ends the stream: what `break` does. */
     return(): Promise<IteratorResult<Delta, undefined>>;

@@ -31,7 +31,14 @@ export declare class Decoder {
     #private;
     constructor(module: WebAssembly.Module, settings: Settings);
     want(until: Until): void;
-    push(bytes: Uint8Array): void;
+    /** Bytes of the file from byte `at` on. */
+    push(at: number, bytes: Uint8Array): void;
+    /** Leaves out a resource. */
+    skip(number: number): void;
+    /** Adds a resource that was left out; `false` where there is a fault to report. */
+    add(number: number, bytes: Uint8Array): boolean;
+    /** A resource that is whole. */
+    resource(number: number): Uint8Array<ArrayBuffer>;
     /** `true` where there was an event, `false` where more bytes are needed, `"fault"` where there is a fault to report. */
     poll(): boolean | "fault";
     finish(): boolean;

@@ -13,6 +13,10 @@ export declare function pixelError(mesh: Mesh<UnweldGeometry>, camera: Camera, h
  * `slack` below 1 it goes down from the level wanted last only to one of at most this share of the error.
  */
 export declare function levelFor(mesh: Mesh<UnweldGeometry>, camera: Camera, height: number, pixels?: number, slack?: number, measure?: Measure): number | null;
+/** What a planner wants of a geometry, or of all of a scene: `gltf.unweld`. */
+export type Refinable = Pick<UnweldGeometry, "contents" | "boundingSphere" | "finest" | "last" | "room" | "show" | "want" | "bytesOf">;
+/** What is seen of it. */
+export type Refined = Object3D;
 /**
  * Lets several meshes share line and memory. Their geometries come from `UnweldLoader.open`.
  *
@@ -44,12 +48,13 @@ export declare class UnweldPlanner {
     /** What was decided last. */
     last: Decision | null;
     /** Called when a mesh cannot be read on; one whose connection was lost goes on with `retry`. */
-    onError: (mesh: Mesh<UnweldGeometry>, error: unknown) => void;
+    onError: (mesh: Refined, error: unknown) => void;
     constructor(rules?: Partial<Omit<Rules, "bytesOf">>);
-    /** Takes up a mesh. */
+    /** Takes up a mesh with its geometry, or a scene with what refines it: `add(gltf.scene, gltf.unweld)`. */
     add(mesh: Mesh<UnweldGeometry>): this;
+    add(scene: Object3D, refinable: Refinable): this;
     /** Lets go of a mesh, as it is. */
-    remove(mesh: Mesh<UnweldGeometry>): this;
+    remove(mesh: Refined): this;
     /** Decides anew: `height` of the picture in pixels. Between calls it goes on by itself with what it saw last. */
     update(camera: Camera, height: number): Decision;
     /** Takes up those again that were lost. */

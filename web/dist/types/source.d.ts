@@ -20,6 +20,8 @@ export declare class Source {
     received: number;
     /** Bytes that are wanted, once known: less is a connection lost, and no more are asked for. */
     expected: number | null;
+    /** Where no bytes are wanted: they are jumped over where that saves something. */
+    holes: readonly (readonly [number, number])[];
     /** Whether the input has ended. */
     isOver: boolean;
     /** Whether it has ended as a prefix of the file: what is wanted is not all there, and no fault. */
@@ -31,6 +33,8 @@ export declare class Source {
     get isSatisfied(): boolean;
     /** The next bytes; `null` at the end; `"restart"` where the file is another one now and begins anew. */
     read(): Promise<Uint8Array | "restart" | null>;
+    /** Bytes of the file from one to the one before `to`, whatever is read otherwise. */
+    part([from, to]: readonly [number, number]): Promise<Uint8Array>;
     /** Lets go of the connection, if it can be taken up again; else it waits. */
     rest(): void;
     /** Reads no further. */

@@ -4,4 +4,4 @@ export { ConnectionError, FormatError, HttpError, LimitError, UnweldError } from
 export { decide, errorOf, levelWithin, type Decision, type Rules, type Standing, type Step } from "./planner.js";
 export { WorkerPool } from "./pool.js";
 export type { Input, SourceOptions } from "./source.js";
-export type { Attributes, Changed, Contents, Delta, FileAttribute, Level, Measure, Metadata, Numbers, NumberType, Residue, Settings, Until, } from "./types.js";
+export type { Attributes, Changed, Contents, Delta, FileAttribute, Level, Measure, Metadata, Numbers, NumberType, Residue, Resource, ResourceEntry, ResourceKind, Settings, Until, Wanted, } from "./types.js";

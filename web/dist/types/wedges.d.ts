@@ -7,6 +7,8 @@ export declare class Wedges {
     append(vertices: Uint32Array): void;
     /** A wedge of a vertex, or -1. */
     any(v: number): number;
+    /** The wedge of the same vertex that came before, or -1. */
+    previous(wedge: number): number;
     vertex(wedge: number): number;
     /** All wedges of some vertices, and for each the place of its vertex among them; `only` some of the wedges. */
     of(vertices: Uint32Array, only?: ReadonlySet<number>): {

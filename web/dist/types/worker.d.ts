@@ -2,7 +2,7 @@
 export interface Call {
     session: number;
     call: number;
-    method: "open" | "push" | "want" | "end" | "restart" | "next" | "show" | "close";
+    method: "open" | "push" | "add" | "want" | "end" | "restart" | "next" | "show" | "close";
     argument?: unknown;
 }
 /** Its outcome. */

@@ -8,15 +8,20 @@ import {
   LineBasicMaterial,
   LineSegments,
   type Material,
-  Mesh,
   MeshStandardMaterial,
+  NeutralToneMapping,
+  NoToneMapping,
   PerspectiveCamera,
   Scene,
+  type Texture,
   Vector3,
   WebGLRenderer,
 } from "three";
 import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { environment } from "./environment.js";
+import { dress, shownMesh, shownScene, type Shown } from "./shown.js";
 import { texture } from "./texture.js";
+import type { UnweldGLTF } from "../gltf.js";
 import { geomorph, UnweldEdges, type UnweldGeometry } from "../three.js";
 
 export class Stage {
@@ -28,9 +33,17 @@ export class Stage {
   readonly #lines = new LineBasicMaterial({ color: 0x10141a, transparent: true, opacity: 0.55 });
   readonly #checker: { value: number };
   #flat = false;
+  #lined = false;
+  #sliding = true;
   readonly #slides: { time: { value: number }; seconds: { value: number } }[];
+  readonly #lights: [DirectionalLight, HemisphereLight];
+  #environment: Texture | null = null;
+  #shown: Shown | null = null;
+  /** The mesh shown, where it is one. */
   #geometry: UnweldGeometry | null = null;
   #edges: UnweldEdges | null = null;
+  #isPlaying = false;
+  #before = 0;
   #wanted = false;
   #insets = [0, 0];
   /** Pictures drawn, and the longest a picture took, in milliseconds. */
@@ -44,7 +57,8 @@ export class Stage {
     const light = new DirectionalLight(0xffffff, 2.6);
     light.position.set(0.9, 1.2, 0.9);
     this.#camera.add(light);
-    this.#scene.add(this.#camera, new HemisphereLight(0xdde8ff, 0x3a3630, 0.8));
+    this.#lights = [light, new HemisphereLight(0xdde8ff, 0x3a3630, 0.8)];
+    this.#scene.add(this.#camera, this.#lights[1]);
     this.#controls = new OrbitControls(this.#camera, canvas);
     this.#controls.enableDamping = true;
     this.#controls.addEventListener("change", () => this.draw());
@@ -56,26 +70,63 @@ export class Stage {
     this.#resize();
   }
 
-  /** Shows another mesh; the one before is disposed of. */
+  /** Shows another mesh; what was there before is disposed of. */
   show(geometry: UnweldGeometry): void {
-    const edges = this.#edges !== null;
-    this.edges(false);
-    this.#scene.children.filter((child) => child instanceof Mesh).forEach((mesh) => this.#scene.remove(mesh));
-    this.#geometry?.dispose();
+    this.#exchange(shownMesh(geometry, this.#material));
     this.#geometry = geometry;
-    this.#scene.add(new Mesh(geometry, this.#material));
-    this.edges(edges);
+    this.edges(this.#lined);
     geometry.addEventListener("refine", () => this.#look());
     this.#look();
     this.fit();
   }
 
+  /** Shows a scene with its materials, in light from all sides; what was there before is disposed of. */
+  showScene(gltf: UnweldGLTF): void {
+    this.#exchange(shownScene(gltf));
+    this.slide(this.#sliding);
+    this.#look();
+    this.fit();
+  }
+
+  #exchange(shown: Shown): void {
+    this.#outline(null);
+    if (this.#shown) this.#scene.remove(this.#shown.object);
+    this.#shown?.dispose();
+    this.#shown = shown;
+    this.#geometry = null;
+    this.#isPlaying = false;
+    this.#scene.add(shown.object);
+    const own = shown.materials.length > 0;
+    if (own) this.#environment ??= environment(this.#renderer);
+    this.#scene.environment = own ? this.#environment : null;
+    this.#renderer.toneMapping = own ? NeutralToneMapping : NoToneMapping;
+    for (const light of this.#lights) light.visible = !own;
+  }
+
+  /** The animations of what is shown, by name. */
+  get clips(): readonly string[] {
+    return this.#shown?.clips ?? [];
+  }
+
+  /** Plays an animation, or none with `null`. */
+  play(clip: number | null): void {
+    this.#shown?.play(clip);
+    this.#isPlaying = clip !== null;
+    this.#before = performance.now();
+    this.draw();
+  }
+
   edges(shown: boolean): void {
+    this.#lined = shown;
+    this.#outline(shown ? this.#geometry : null);
+    this.#look();
+  }
+
+  #outline(of: UnweldGeometry | null): void {
     this.#scene.children.filter((child) => child instanceof LineSegments).forEach((lines) => this.#scene.remove(lines));
     this.#edges?.dispose();
-    this.#edges = shown && this.#geometry ? new UnweldEdges(this.#geometry) : null;
+    this.#edges = of && new UnweldEdges(of);
     if (this.#edges) this.#scene.add(new LineSegments(this.#edges, this.#lines));
-    this.draw();
   }
 
   flat(flat: boolean): void {
@@ -91,6 +142,7 @@ export class Stage {
 
   /** As the attributes of the mesh have it: its colours, and flat where each triangle has one normal. */
   #look(): void {
+    dress(this.#shown?.materials ?? [], this.#lined, this.#flat);
     const material = this.#material;
     const flat = this.#flat || (this.#geometry?.flat ?? false);
     const colors = this.#geometry?.hasAttribute("color") ?? false;
@@ -102,8 +154,13 @@ export class Stage {
   }
 
   slide(on: boolean): void {
-    for (const { seconds } of this.#slides) seconds.value = on ? SLIDE : 0;
+    this.#sliding = on;
+    for (const { seconds } of this.#sliders) seconds.value = on ? SLIDE : 0;
     this.draw();
+  }
+
+  get #sliders(): readonly { time: { value: number }; seconds: { value: number } }[] {
+    return [...this.#slides, ...(this.#shown?.slide ? [this.#shown.slide] : [])];
   }
 
   /** What of the canvas is hidden at the left and at the bottom, in pixels: the mesh is put in the middle of the rest. */
@@ -119,18 +176,20 @@ export class Stage {
       this.#wanted = false;
       const begin = performance.now();
       this.#controls.update();
-      const time = this.#geometry?.clock() ?? 0;
-      for (const slide of this.#slides) slide.time.value = time;
+      const time = this.#shown?.clock() ?? 0;
+      for (const slide of this.#sliders) slide.time.value = time;
+      if (this.#isPlaying) this.#shown?.move((begin - this.#before) / 1000);
+      this.#before = begin;
       this.#renderer.render(this.#scene, this.#camera);
       this.drawn.count++;
       this.drawn.longest = Math.max(this.drawn.longest, performance.now() - begin);
-      if (this.#slides[0]!.seconds.value > 0 && time - (this.#geometry?.lastBorn ?? 0) < SLIDE) this.draw();
+      if (this.#isPlaying || (this.#sliding && time - (this.#shown?.lastBorn() ?? 0) < SLIDE)) this.draw();
     });
   }
 
   /** Puts the camera so that all of the mesh is seen. */
   fit(): void {
-    const sphere = this.#geometry?.boundingSphere;
+    const sphere = this.#shown?.sphere();
     if (!sphere) return;
     const radius = sphere.radius || 1;
     const [width, height] = this.#free();

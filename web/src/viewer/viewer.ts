@@ -1,7 +1,9 @@
 // The viewer: a list of meshes (GET meshes, or ?src=ADDRESS), one of them as it arrives, and how far it is.
 
 import { ConnectionError } from "../errors.js";
-import { UnweldLoader, type RefineEvent, type UnweldGeometry } from "../three.js";
+import { decode, type DecodeOptions } from "../decode.js";
+import { UnweldGLTFLoader, type UnweldScene } from "../gltf.js";
+import { UnweldGeometry } from "../three.js";
 import type { Delta } from "../types.js";
 import { lineOf } from "./line.js";
 import { Stage } from "./stage.js";
@@ -10,16 +12,17 @@ import { Timeline } from "./timeline.js";
 const element = <T extends HTMLElement = HTMLElement>(id: string) => document.getElementById(id) as T;
 const [panel, message, meshes] = [document.querySelector("main")!, element("message"), element<HTMLSelectElement>("meshes")];
 const slider = element<HTMLInputElement>("level");
+const clips = element<HTMLSelectElement>("clip");
 const line = element<HTMLSelectElement>("line");
 const stage = new Stage(element<HTMLCanvasElement>("view"));
 const timeline = new Timeline(element<HTMLCanvasElement>("timeline"));
-const loader = new UnweldLoader();
-loader.relative = loader.levels = loader.morph = loader.prefix = true;
-loader.fetch = lineOf(() => Number(line.value));
-// A lost connection is told after three attempts; then it is the reader who tries again.
-loader.retries = 2;
+const loader = new UnweldGLTFLoader();
+loader.morph = true;
+/** Headers of all requests. */
+let headers: HeadersInit = {};
+let controller = new AbortController();
 
-let geometry: UnweldGeometry | null = null;
+let geometry: UnweldGeometry | UnweldScene | null = null;
 let current = "";
 /** The level chosen, `null` for whatever is the finest. */
 let chosen: number | null = null;
@@ -28,7 +31,7 @@ let showing = false;
 let known = "";
 
 /** For tests and the curious. */
-const state = { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, longestTask: 0, longestApply: 0, drawn: stage.drawn };
+const state = { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, longestTask: 0, longestApply: 0, textures: 0, drawn: stage.drawn };
 Object.assign(globalThis, { unweld: state });
 if (PerformanceObserver.supportedEntryTypes.includes("longtask")) {
   new PerformanceObserver((list) => {
@@ -41,29 +44,56 @@ new PerformanceObserver((list) => {
 
 function load(address: string): void {
   current = address;
-  loader.abort();
+  controller.abort();
+  controller = new AbortController();
   [geometry, chosen, known] = [null, null, ""];
-  Object.assign(state, { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0 });
+  Object.assign(state, { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, textures: 0 });
   say("");
   slider.disabled = true;
+  element("playing").hidden = true;
   for (const id of ["triangles", "bytes", "rms", "max"]) element(id).textContent = "–";
   timeline.begin();
-  const fail = (error: unknown) => {
+  begun(address, controller.signal).catch((error: unknown) => {
     if (address === current && !(error instanceof DOMException && error.name === "AbortError")) failed(error);
+  });
+}
+
+/** A mesh or a scene, as the file has it; ends when all of it is there. */
+async function begun(address: string, signal: AbortSignal): Promise<void> {
+  const options: DecodeOptions = {
+    ...{ relative: true, levels: true, jumps: true, resources: true, prefix: true, signal },
+    fetch: lineOf(() => Number(line.value)),
+    // A lost connection is told after three attempts; then it is the reader who tries again.
+    retries: 2,
+    request: { headers },
   };
-  loader.load(
-    address,
-    (loaded) => {
-      if (address !== current) return loaded.dispose();
-      geometry = loaded;
-      stage.show(loaded);
-      refined(loaded.last!);
-      loaded.addEventListener("refine", ({ delta }: RefineEvent) => loaded === geometry && refined(delta));
-      loaded.complete.catch(fail);
-    },
-    undefined,
-    fail,
-  );
+  const stream = decode(address, options);
+  const contents = await stream.peek();
+  if (contents?.resources.some(({ kind }) => kind === "scene")) {
+    const gltf = await loader.follow(stream, address);
+    if (address !== current || signal.aborted) return gltf.unweld.dispose();
+    geometry = gltf.unweld;
+    stage.showScene(gltf);
+    refined(geometry.last!);
+    geometry.addEventListener("refine", ({ delta }) => gltf.unweld === geometry && refined(delta));
+    geometry.addEventListener("texture", () => {
+      state.textures++;
+      stage.draw();
+    });
+    element("playing").hidden = stage.clips.length === 0;
+    clips.replaceChildren(new Option("still", ""), ...stage.clips.map((name, k) => new Option(name, String(k))));
+    return geometry.complete;
+  }
+  const mesh = new UnweldGeometry(stream, { morph: true });
+  mesh.addEventListener("refine", ({ delta }) => {
+    if (address !== current || signal.aborted) return mesh.dispose();
+    if (mesh === geometry) return refined(delta);
+    if (!delta.level) return;
+    geometry = mesh;
+    stage.show(mesh);
+    refined(delta);
+  });
+  return mesh.complete;
 }
 
 function refined(delta: Delta): void {
@@ -86,7 +116,7 @@ function refined(delta: Delta): void {
   element("max").textContent = level ? errorOf(level.maxError, delta) : "–";
   slider.max = String(contents.levels.length - 1);
   slider.disabled = false;
-  element<HTMLInputElement>("checker").disabled = !contents.fileAttributes.some(({ name }) => name === "uv");
+  element<HTMLInputElement>("checker").disabled = geometry instanceof UnweldGeometry === false || !contents.fileAttributes.some(({ name }) => name === "uv");
   if (chosen === null && level) slider.value = String(contents.levels.length - 1 - level.level);
   element("levelName").textContent = level ? `level ${level.level}` : "level";
   if (chosen === null) timeline.add({ ...arrived, levels: delta.levels.length }, { bytes: total.end, triangles: total.triangles });
@@ -166,8 +196,8 @@ async function listed(): Promise<Listed[] | number> {
   const list: Listed[] = [];
   for (let after: string | null = ""; after !== null && list.length < 10_000; ) {
     const query: string = after ? `?after=${encodeURIComponent(after)}` : "";
-    const headers = { Accept: "application/json", ...loader.requestHeader };
-    const response: Response | null = await fetch(`meshes${query}`, { headers }).catch(() => null);
+    const accepted = { Accept: "application/json", ...headers };
+    const response: Response | null = await fetch(`meshes${query}`, { headers: accepted }).catch(() => null);
     if (!response?.ok) return list.length > 0 ? list : (response?.status ?? 0);
     const page: { meshes: Listed[]; next?: string | null } = await response.json();
     list.push(...page.meshes);
@@ -185,7 +215,7 @@ async function begin(): Promise<void> {
   }
   // Nobody else gets the token: an address in `src` may be anyone's.
   const token = sessionStorage.getItem("token");
-  if (token) loader.setRequestHeader({ Authorization: `Bearer ${token}` });
+  if (token) headers = { Authorization: `Bearer ${token}` };
   const list = await listed();
   element("entry").hidden = list !== 401;
   if (list === 401) return say(token ? "This token is not known here." : "This server wants a token.");
@@ -205,6 +235,7 @@ async function begin(): Promise<void> {
   load(meshes.value);
 }
 
+clips.onchange = () => stage.play(clips.value === "" ? null : Number(clips.value));
 slider.oninput = () => void show().catch(failed);
 for (const name of ["edges", "flat", "slide", "checker"] as const) {
   const box = element<HTMLInputElement>(name);

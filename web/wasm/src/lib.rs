@@ -15,6 +15,7 @@ struct Instance {
     input: Vec<u8>,
     changes: Changes,
     text: String,
+    resource: Vec<u8>,
     /// What [`unweld_take`], [`unweld_terms`] and [`unweld_report`] point to.
     table: Vec<u32>,
 }
@@ -23,8 +24,9 @@ thread_local! {
     static INSTANCE: RefCell<Instance> = RefCell::new(Instance::new(Settings::default()));
 }
 
-/// What may be set, by bit of `settings` in [`unweld_new`]: positions relative to the lattice's origin, [`unweld_coarsen`], jumps.
-const SETTINGS: [&str; 3] = ["relative", "levels", "jumps"];
+/// What may be set, by bit of `settings` in [`unweld_new`]: positions relative to the lattice's origin, [`unweld_coarsen`], jumps,
+/// [`unweld_resource`].
+const SETTINGS: [&str; 4] = ["relative", "levels", "jumps", "resources"];
 /// What may be wanted, by number, each with a value: everything; a level; a largest error, or a root mean square, of at most so much; at most so many triangles.
 const WANTS: [&str; 5] = ["all", "level", "max", "rms", "triangles"];
 /// What [`unweld_poll`] and [`unweld_finish`] return, by number.
@@ -33,8 +35,8 @@ const OUTCOMES: [&str; 3] = ["waits", "event", "fault"];
 /// Begins anew, with [`SETTINGS`] by bit and one of [`WANTS`].
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_new(settings: u32, want: u32, value: f64) {
-    let [relative, undo, jumps] = std::array::from_fn(|bit| settings >> bit & 1 != 0);
-    let settings = Settings { want: wanted(want, value), relative, undo, jumps };
+    let [relative, undo, jumps, resources] = std::array::from_fn(|bit| settings >> bit & 1 != 0);
+    let settings = Settings { want: wanted(want, value), relative, undo, jumps, resources };
     with(|instance| *instance = Instance::new(settings));
 }
 
@@ -53,13 +55,39 @@ pub extern "C" fn unweld_room(length: u32) -> u32 {
     })
 }
 
-/// Hands over the first `length` bytes of the room.
+/// Hands over the first `length` bytes of the room, which are those of the file from byte `at` on.
 #[unsafe(no_mangle)]
-pub extern "C" fn unweld_push(length: u32) {
+pub extern "C" fn unweld_push(at: f64, length: u32) {
     with(|instance| {
         let input = std::hint::black_box(&instance.input);
-        instance.client.push(input.get(..length as usize).unwrap_or(input));
+        instance.client.push(at as u64, input.get(..length as usize).unwrap_or(input));
     });
+}
+
+/// Leaves out a resource, by its number.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_skip(number: u32) {
+    with(|instance| instance.client.skip(number));
+}
+
+/// Adds a resource that was left out: the first `length` bytes of the room. Returns one of [`OUTCOMES`].
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_add(number: u32, length: u32) -> u32 {
+    with(|instance| {
+        let input = std::hint::black_box(&instance.input);
+        let bytes = input.get(..length as usize).unwrap_or(input);
+        outcome(if instance.client.add_resource(number, bytes).is_ok() { "event" } else { "fault" })
+    })
+}
+
+/// A resource that is whole, told as by [`unweld_report`]; it is let go of. Of one that is not there, no bytes.
+#[unsafe(no_mangle)]
+pub extern "C" fn unweld_resource(number: u32) -> u32 {
+    with(|instance| {
+        instance.resource = instance.client.take_resource(number).unwrap_or_default();
+        let words = place(&instance.resource);
+        instance.tell(&words)
+    })
 }
 
 /// Decodes up to the next event: one of [`OUTCOMES`].
@@ -145,6 +173,7 @@ impl Instance {
             input: Vec::new(),
             changes: Changes::default(),
             text: String::new(),
+            resource: Vec::new(),
             table: Vec::new(),
         }
     }

@@ -1,0 +1,13 @@
+import type { BufferGeometry } from "three";
+import type { GLTFLoaderPlugin, GLTFParser } from "three/addons/loaders/GLTFLoader.js";
+import { type Primitive } from "./document.js";
+import type { UnweldScene } from "./refining.js";
+/** Gives geometries for primitives that the extension describes; `own` makes one. */
+export declare function giveGeometries(parser: GLTFParser, own: (primitive: Primitive, plain: () => Promise<BufferGeometry>) => Promise<BufferGeometry>): void;
+/** The plugin for a scene that streams. */
+export declare class ScenePlugin implements GLTFLoaderPlugin {
+    #private;
+    readonly name = "UNWELD_progressive_mesh";
+    constructor(parser: GLTFParser, scene: UnweldScene);
+    loadBufferView(index: number): Promise<ArrayBuffer>;
+}

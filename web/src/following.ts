@@ -1,0 +1,87 @@
+// Follows a stream: applies its deltas one after the other, and knows when all that is wanted is there.
+
+import type { Delta, MeshStream, Until } from "./unweld.js";
+
+/** What follows a stream. */
+export interface Follower {
+  apply(delta: Delta): void;
+  /** All that is wanted is there, or a prefix has ended; or it will not be. */
+  ended(error?: { readonly error: unknown }): void;
+}
+
+export class Following {
+  /** The delta applied last. */
+  last: Delta | null = null;
+  /** When all that is wanted first is there; rejected with an `AbortError` where it is disposed of before. */
+  readonly complete: Promise<void>;
+  readonly #stream: MeshStream;
+  readonly #follower: Follower;
+  #following: Promise<void> | null = null;
+  #first: (reached: Promise<void>) => void = () => {};
+  #isDisposed = false;
+
+  /** `waits`: nothing is read until something is wanted. */
+  constructor(stream: MeshStream, follower: Follower, waits: boolean) {
+    this.#stream = stream;
+    this.#follower = follower;
+    this.complete = waits ? new Promise((resolve) => (this.#first = resolve)) : this.#follow();
+    this.complete.catch(() => {});
+  }
+
+  /** Shows a level that has arrived, or with `null` the finest. */
+  async show(level: number | null): Promise<void> {
+    this.#apply(await this.#stream.show(level));
+  }
+
+  /** Wants more or less from now on; resolves when it is there. */
+  want(until: Until): Promise<void> {
+    const reached = this.#stream.want(until).then(() => this.resume());
+    this.#first(reached);
+    return reached;
+  }
+
+  /** Goes on after a `ConnectionError`; resolves when all that is wanted is there. */
+  async resume(): Promise<void> {
+    // Something else may have been wanted just when all was there.
+    do await this.#follow();
+    while (this.#stream.isOpen);
+  }
+
+  dispose(): void {
+    if (this.#isDisposed) return;
+    this.#isDisposed = true;
+    this.#stream.close();
+    // Where nothing has been wanted yet.
+    const gone = Promise.reject(disposed());
+    gone.catch(() => {});
+    this.#first(gone);
+  }
+
+  #follow(): Promise<void> {
+    return (this.#following ??= this.#iterate().finally(() => (this.#following = null)));
+  }
+
+  async #iterate(): Promise<void> {
+    try {
+      for (;;) {
+        const { done, value } = await this.#stream.next();
+        if (this.#isDisposed && !this.last?.complete) throw disposed();
+        if (done) break;
+        this.#apply(value);
+      }
+    } catch (error) {
+      this.#follower.ended({ error });
+      throw error;
+    }
+    this.#follower.ended();
+  }
+
+  #apply(delta: Delta): void {
+    this.last = delta;
+    this.#follower.apply(delta);
+  }
+}
+
+function disposed(): DOMException {
+  return new DOMException("the geometry has been disposed of", "AbortError");
+}

@@ -37,6 +37,11 @@ fn smoke(body: fn(&[u8]), count: usize, most: usize) {
 }
 
 #[test]
+fn scenes() {
+    smoke(fuzzing::fuzz_scenes, 4000, 30);
+}
+
+#[test]
 fn container() {
     smoke(fuzzing::fuzz_container, 3000, 300);
 }

@@ -12,6 +12,7 @@ use super::memory::peak;
 use super::numbers::{count, grouped, memory, significant};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
+use super::scene::{self, Contents};
 use super::uwm::{DEFAULT_MEMORY, Uwm};
 use super::welding;
 use anyhow::{Context, anyhow, bail};
@@ -25,10 +26,11 @@ use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
 use unweld::error::Place;
 use unweld::formats::{self, Coordinates};
 use unweld::limits::MAX_LIFTING;
-use unweld::mesh::Lattice;
+use unweld::mesh::attributes::Semantic;
+use unweld::mesh::{Attribute, Lattice};
 use unweld::simplify;
 
-/// Encode meshes (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or levels of .uwm files) as .uwm files
+/// Encode meshes (PLY, OBJ, STL or OFF, also gzip-compressed, or levels of .uwm files) and scenes (glTF) as .uwm files
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -132,7 +134,9 @@ fn run_one(args: &Args, input: &Path) -> anyhow::Result<()> {
         return Ok(());
     }
     let head = format!("{} -> {}\n", input::name(input), output.name);
-    let body = report_text(&done.description, &done.report);
+    let scene =
+        done.scene.as_ref().map_or(String::new(), |scene| format!("  {:<11}{}\n", "scene", scene.text()));
+    let body = scene + &report_text(&done.description, &done.report);
     let times = times(&done.report, done.seconds);
     output.say(&format!("{head}{body}{times}"))
 }
@@ -145,6 +149,8 @@ pub struct Done {
     pub report: Report,
     /// What the user may not have expected.
     pub warnings: Vec<String>,
+    /// What the file has beside its mesh, where it is a scene.
+    pub scene: Option<Contents>,
     /// For reading and for writing.
     seconds: [f64; 2],
 }
@@ -165,6 +171,9 @@ impl Done {
     pub fn json(&self) -> Map<String, Value> {
         let mut object = self.description.json();
         add_report(&mut object, &self.description, &self.report, self.seconds, &self.warnings);
+        if let Some(scene) = &self.scene {
+            object.insert("scene".to_owned(), scene.json());
+        }
         object
     }
 }
@@ -180,7 +189,8 @@ pub fn encode_to(
     progress: &mut Progress,
 ) -> anyhow::Result<Done> {
     let start = Instant::now();
-    let reading = Reading { max_memory: args.max_memory.unwrap_or(DEFAULT_MEMORY), force: args.force };
+    let max_memory = args.max_memory.unwrap_or(DEFAULT_MEMORY);
+    let reading = Reading { max_memory, force: args.force, scenes: true };
     let Mesh { mut source, level } =
         Mesh::read(input, args.level, reading, progress).map_err(|e| hinted(e, reading, input))?;
     if args.strict {
@@ -188,10 +198,17 @@ pub fn encode_to(
     }
     let left_out = args.attributes.drop_from(&mut source.mesh);
     source.dropped.extend(left_out);
+    let is_part = |attribute: &Attribute| attribute.semantic == Semantic::Part;
+    if source.scene.is_some() && !source.mesh.attributes.iter().any(is_part) {
+        source.scene = None;
+        source.dropped.push("the scene (without parts)".to_owned());
+    }
     let read = start.elapsed().as_secs_f64();
     let kept = Kept::new(args, level.as_ref());
     let (options, settings) = (options(args, kept, &source), settings(args, kept));
     let Encoded { file, report } = encode(&source, input, options, settings, progress)?;
+    let scene = source.scene.as_ref().map(|scene| Contents::new(scene, source.mesh.part_names.len()));
+    let remarks = std::mem::take(&mut source.remarks);
     drop(source);
     let start = Instant::now();
     output.write(|out| out.write_all(&file))?;
@@ -201,7 +218,8 @@ pub fn encode_to(
         Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
     let mut warnings = warnings(args, &description, &report);
     warnings.extend(level.iter().flat_map(|level| losses(level, &description)));
-    Ok(Done { description, report, warnings, seconds: [read, write] })
+    warnings.extend(remarks);
+    Ok(Done { description, report, warnings, scene, seconds: [read, write] })
 }
 
 /// With `--strict` nothing may be lost.
@@ -263,6 +281,9 @@ pub fn encode(
         progress.update(stage, p.done, p.total);
         true
     });
+    if let Some(scene) = &source.scene {
+        encoder.resources(scene::resources(scene));
+    }
     let mut file = Vec::new();
     let report = encoder.encode(&source.mesh, &mut file).with_context(|| input::name(path))?;
     Ok(Encoded { file, report })
@@ -331,6 +352,8 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         Coordinates::Float64 | Coordinates::Text => Real::Binary64,
     };
     let (position_bits, lattice) = args.lattice.of_library();
+    let is_scene = source.scene.is_some();
+    let (bits, births) = (args.attributes.bits(&source.mesh), args.attributes.births(&source.mesh));
     Options {
         position_bits,
         lattice,
@@ -340,8 +363,8 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
         lifting: args.lifting,
-        attribute_bits: args.attributes.bits(&source.mesh),
-        attribute_births: args.attributes.births(&source.mesh),
+        attribute_bits: if is_scene { scene::bits(&source.mesh, bits) } else { bits },
+        attribute_births: if is_scene { scene::births(births) } else { births },
         attribute_weights: args.attributes.weights(&source.mesh),
         lock_boundary: args.simplification.lock_boundary,
         births: !args.keep_components,

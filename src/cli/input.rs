@@ -140,6 +140,8 @@ pub struct Reading {
     pub max_memory: u64,
     /// Whether to read what contradicts itself.
     pub force: bool,
+    /// Whether scenes stay scenes.
+    pub scenes: bool,
 }
 
 /// Reads a mesh; its name tells the format, or else its content.
@@ -161,6 +163,7 @@ fn parse(bytes: &[u8], path: &Path, reading: Reading) -> anyhow::Result<Source> 
     options.folder = path.parent().filter(|_| !is_stream(path)).map(Path::to_owned);
     options.max_memory = reading.max_memory;
     options.force = reading.force;
+    options.scenes = reading.scenes;
     match formats::read_with(bytes, &options) {
         Err(error @ Error::Limit { what: INFLATED_BYTES | "memory in bytes", .. }) => {
             Err(anyhow!("{name}: {error} (--max-memory allows more)"))

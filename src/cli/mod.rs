@@ -24,6 +24,7 @@ mod page;
 mod progress;
 mod quality;
 mod replace;
+mod scene;
 mod serve;
 mod signals;
 mod simplify;

@@ -19,6 +19,7 @@ pub fn count(n: impl TryInto<u64>, noun: &str) -> String {
     match noun.strip_suffix("ex") {
         _ if n == 1 => format!("1 {noun}"),
         Some(stem) => format!("{} {stem}ices", grouped(n)),
+        None if noun.ends_with("sh") => format!("{} {noun}es", grouped(n)),
         None => format!("{} {noun}s", grouped(n)),
     }
 }

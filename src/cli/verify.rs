@@ -46,7 +46,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let checked = checked.and_then(|mesh| match &args.original {
         Some(original) => {
             // What is there counts, as where it was encoded by force.
-            let mut source = input::read(original, Reading { max_memory: args.max_memory, force: true })?;
+            let scenes = uwm.contents.scene().is_some();
+            let reading = Reading { max_memory: args.max_memory, force: true, scenes };
+            let mut source = input::read(original, reading)?;
             if source.coordinates == Coordinates::Text && uwm.metadata()?.is_some_and(|m| m.source_float32) {
                 to_binary32(&mut source.mesh);
             }

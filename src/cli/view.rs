@@ -285,13 +285,18 @@ fn is_ours(path: &Path) -> io::Result<bool> {
 type Meshes = (BTreeMap<Option<u32>, IndexedMesh>, Vec<String>);
 
 fn meshes(args: &Args, progress: &mut Progress) -> anyhow::Result<Meshes> {
-    let source = match Input::open(&args.input, Reading { max_memory: args.max_memory, force: false })? {
-        Input::Levels(mut uwm) => {
-            let levels = levels(&mut uwm, &args.level, progress)?;
-            return Ok((levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(), Vec::new()));
-        }
-        Input::Mesh(source) => source,
-    };
+    let source =
+        match Input::open(&args.input, Reading { max_memory: args.max_memory, force: false, scenes: false })?
+        {
+            Input::Levels(mut uwm) => {
+                let levels = levels(&mut uwm, &args.level, progress)?;
+                return Ok((
+                    levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(),
+                    Vec::new(),
+                ));
+            }
+            Input::Mesh(source) => source,
+        };
     if !args.level.is_empty() {
         return Err(input::without_levels(&args.input).into());
     }

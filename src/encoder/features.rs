@@ -32,7 +32,12 @@ pub fn features(
         let is_chart = is_chart(attribute);
         if is_chart {
             let seams = input.seams(attribute, &classes);
-            features.binding |= birth == AttributeBirth::Base && seams.any();
+            let is_kept = birth == AttributeBirth::Base && seams.any();
+            // What part a triangle is of must be known where it is asked for; texture coordinates are kept with all charts.
+            match attribute.semantic {
+                Semantic::Part if is_kept => features.kept = seams.clone(),
+                _ => features.binding |= is_kept,
+            }
             if features.seams.is_empty() {
                 features.seams = seams;
             } else {

@@ -15,6 +15,7 @@ use crate::codec::whole::{Extra, Whole, WholeError};
 use crate::container::AttributeEntry;
 use crate::error::{Error, Result};
 use crate::limits::{Budget, WORK_A_SLOT};
+use crate::mesh::attributes::Semantic;
 use crate::mesh::topology::{Manifold, Remainder};
 use crate::mesh::{IndexedMesh, Lattice, Vertex};
 use crate::refine::ProgressiveMesh;
@@ -113,6 +114,7 @@ impl<'a> Finish<'a> {
                 _ if !features::may_be_coarse(attribute, birth) => 0,
                 // Where nearly every edge parts it, every operation would have to tell all of its corners anew.
                 AttributeBirth::Auto if parted > MOSTLY => 0,
+                AttributeBirth::Base if attribute.semantic == Semantic::Part => coarsest,
                 _ if features::is_chart(attribute) => simplified.charts_to,
                 _ => coarsest,
             };

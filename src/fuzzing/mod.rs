@@ -14,6 +14,8 @@ mod decoder;
 mod encoder;
 #[cfg(feature = "formats")]
 mod formats;
+#[cfg(feature = "formats")]
+mod scenes;
 #[cfg(feature = "encode")]
 mod seeds;
 
@@ -28,3 +30,5 @@ pub use decoder::{fuzz_chunks, fuzz_decode};
 pub use encoder::fuzz_round_trip;
 #[cfg(feature = "formats")]
 pub use formats::fuzz_formats;
+#[cfg(feature = "formats")]
+pub use scenes::fuzz_scenes;

@@ -140,7 +140,7 @@ pub struct Simplified {
     pub weights: Vec<f32>,
     /// The mesh as it was given.
     pub input: CornerTable,
-    /// The coarsest level at which all charts are whole ([`Features::seams`]); all coarser ones know of no seam.
+    /// The coarsest level at which all charts are whole ([`Features::seams`]); all coarser ones know of no seam but [`Features::kept`].
     pub charts_to: usize,
     /// Where the time went.
     pub seconds: Seconds,
@@ -165,10 +165,10 @@ pub fn simplify(
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
     let mut components = Components::new(&table, &places, options.births);
-    let Features { seams, binding, values } = features;
-    let may_drop = !binding;
-    let (seams, corners) = (Seams::new(&table, seams)?, Corners::new(&table, values)?);
-    let mut remover = Remover::new(table, places, Kept { locked, seams, corners }, options);
+    let Features { seams, kept, binding, values } = features;
+    let gives_up = !binding && seams != kept;
+    let (seams, corners) = (Seams::new(&table, seams, kept)?, Corners::new(&table, values)?);
+    let mut remover = Remover::new(table, places, Kept { locked, seams, gives_up, corners }, options);
     let start = remover.vertices;
     let mut held = remover.held();
     let held_otherwise = held - remover.held_by_curves();
@@ -199,7 +199,7 @@ pub fn simplify(
     let (mut thins, mut charts_to, mut is_stuck) = (false, None, false);
     while walked + remover.table.triangle_count() as u64 <= allowed {
         // A level most of whose vertices stay for their charts' sake has little of the surface.
-        if may_drop && remover.has_curves() && (is_stuck || 2 * remover.held_by_curves() > remover.vertices) {
+        if remover.has_curves() && (is_stuck || 2 * remover.held_by_curves() > remover.vertices) {
             remover.drop_curves();
             charts_to = Some(remover.history.level_count());
             (held, budget) = (held_otherwise, options.level_budget);
@@ -224,7 +224,7 @@ pub fn simplify(
         }
         let mut has_level = remover.history.end_level();
         let is_over = !has_level && !may_go_on;
-        is_stuck = is_over && may_drop && remover.has_curves() && remover.vertices > target_now;
+        is_stuck = is_over && remover.has_curves() && remover.vertices > target_now;
         // Only where there are far too many: the base is not to lose a large part for a few vertices.
         thins |= is_over && !is_stuck && remover.vertices > few.saturating_mul(2);
         if is_over && !is_stuck && thins && remover.vertices > few {

@@ -50,6 +50,8 @@ pub struct Remover<'a> {
     energies: Energies,
     barred: Barred,
     seams: Option<Seams>,
+    /// Whether some of them may be given up.
+    gives_up: bool,
     corners: Option<Corners>,
     /// Lists that are empty between removals, with their memory.
     room: (Vec<Triangle>, Vec<Vertex>),
@@ -73,6 +75,8 @@ pub struct Kept {
     pub locked: BitVec,
     /// Curves, if there are any.
     pub seams: Option<Seams>,
+    /// Whether those of them may be given up that need not stay.
+    pub gives_up: bool,
     /// As far as it goes, what corners are worth.
     pub corners: Option<Corners>,
 }
@@ -91,7 +95,7 @@ struct Barred {
 impl<'a> Remover<'a> {
     /// A mesh with all its vertices.
     pub fn new(table: CornerTable, places: Places<'a>, kept: Kept, options: &Options) -> Self {
-        let Kept { locked: always, seams, corners } = kept;
+        let Kept { locked: always, seams, gives_up, corners } = kept;
         let mut locked = always.clone();
         if let Some(seams) = &seams {
             locked |= seams.corners();
@@ -112,6 +116,7 @@ impl<'a> Remover<'a> {
             },
             barred: Barred { always, locked, blocked: BitVec::repeat(false, count) },
             seams,
+            gives_up,
             corners,
             room: Default::default(),
             table,
@@ -180,24 +185,33 @@ impl<'a> Remover<'a> {
         vertices(&self.table).filter(|v| self.barred.locked[v.index()]).count()
     }
 
-    /// How many vertices are locked for nothing but the curves that end at them.
+    /// How many vertices are locked for nothing but curves that may be given up.
     pub fn held_by_curves(&self) -> usize {
         let barred = &self.barred;
-        vertices(&self.table).filter(|v| barred.locked[v.index()] && !barred.always[v.index()]).count()
+        let kept = self.seams.as_ref().and_then(Seams::kept_corners);
+        let is_held = |v: &Vertex| {
+            let v = v.index();
+            barred.locked[v] && !barred.always[v] && kept.is_none_or(|kept| !kept[v])
+        };
+        if self.gives_up { vertices(&self.table).filter(is_held).count() } else { 0 }
     }
 
-    /// Whether there are curves that are kept.
+    /// Whether there are curves that may be given up.
     pub fn has_curves(&self) -> bool {
-        self.seams.is_some()
+        self.gives_up && self.seams.is_some()
     }
 
-    /// From here on no curve is kept.
+    /// From here on no curve is kept but those that must be.
     pub fn drop_curves(&mut self) {
-        self.seams = None;
+        self.seams = self.seams.take().and_then(Seams::into_kept);
+        self.gives_up = false;
         if let Some(corners) = &mut self.corners {
             corners.drop_charts();
         }
         self.barred.locked.clone_from(&self.barred.always);
+        if let Some(seams) = &self.seams {
+            self.barred.locked |= seams.corners();
+        }
         self.energies.costs.fill(f32::NAN);
     }
 
@@ -536,7 +550,7 @@ impl<'a> Remover<'a> {
         self.covering.put(&self.table, &self.places, &covered, &star);
         if let Some(seams) = &mut self.seams {
             let ends = plan.star.curve.map(|(a, b)| [a, b].map(|i| plan.star.ring()[i]));
-            seams.renew(&self.table, &star, ends);
+            seams.renew(&self.table, &star, v, ends);
         }
         let mut shadow = None;
         let bound = |a, b| shadow.get_or_insert_with(|| Shadow::new(&plan.star)).bound(a, b, known);

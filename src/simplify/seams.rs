@@ -16,8 +16,10 @@ pub struct Features {
     /// Borders of charts: a bit a corner number, four a triangle, set at one or both sides of a seam for the edge opposite; empty where
     /// there are none.
     pub seams: BitVec,
-    /// Whether they are kept at all levels. Otherwise coarse levels know of no seam: those of which half the vertices would stay for nothing
-    /// but a seam, or from which no vertex could go.
+    /// Those of them, told in the same way, that are kept at all levels; empty where there are none.
+    pub kept: BitVec,
+    /// Whether all are kept at all levels. Otherwise coarse levels know of no other seam: those of which half the vertices would stay for
+    /// nothing but a seam, or from which no vertex could go.
     pub binding: bool,
     /// What corners are worth.
     pub values: Values,
@@ -32,14 +34,27 @@ pub struct Seams {
     curved: BitVec,
     /// Vertices where feature edges end or several of them meet.
     corners: BitVec,
+    /// The same of those that are left where the others are given up, if there are others.
+    kept: Option<Box<Seams>>,
 }
 
 impl Seams {
-    /// Those of a mesh; `None` where it has none.
+    /// Those of a mesh, and of them `kept`; `None` where it has none.
     ///
     /// # Errors
     /// [`Error::Parameter`] where there are bits, but not four a triangle.
-    pub fn new(table: &CornerTable, mut of: BitVec) -> Result<Option<Self>> {
+    pub fn new(table: &CornerTable, of: BitVec, kept: BitVec) -> Result<Option<Self>> {
+        let (mut all, kept) = (Self::all(table, of)?, Self::all(table, kept)?);
+        if let Some(all) = &mut all {
+            all.kept = kept.filter(|kept| kept.of != all.of).map(Box::new);
+            if let Some(kept) = &all.kept {
+                all.corners |= &kept.corners;
+            }
+        }
+        Ok(all)
+    }
+
+    fn all(table: &CornerTable, mut of: BitVec) -> Result<Option<Self>> {
         if of.not_any() {
             return Ok(None);
         }
@@ -55,7 +70,17 @@ impl Seams {
         let corners = classes.iter().map(|&class| class == VertexClass::Corner).collect();
         let on_curve = |(v, class)| class == VertexClass::Curve && !table.is_boundary(Vertex(v));
         let curved = (0..).zip(classes).map(on_curve).collect();
-        Ok(Some(Self { of, curved, corners }))
+        Ok(Some(Self { of, curved, corners, kept: None }))
+    }
+
+    /// What is left where all that need not stay are given up.
+    pub fn into_kept(self) -> Option<Self> {
+        self.kept.map(|kept| *kept)
+    }
+
+    /// The vertices that must stay for those that stay.
+    pub fn kept_corners(&self) -> Option<&BitVec> {
+        self.kept.as_ref().map(|kept| &kept.corners)
     }
 
     /// The vertices that must stay for them.
@@ -91,10 +116,25 @@ impl Seams {
             }
         }
         self.of.truncate(4 * there.len());
+        if let Some(kept) = &mut self.kept {
+            kept.compact(there);
+        }
     }
 
-    /// Some triangles are new, in place of a star; between them only the edge between the ends of `curve` is a seam.
-    pub fn renew(&mut self, table: &CornerTable, triangles: &[Triangle], curve: Option<[Vertex; 2]>) {
+    /// Some triangles are new, in place of the star of `v`; between them only the edge between the ends of `curve`, which `v` was on, is a
+    /// seam.
+    pub fn renew(
+        &mut self,
+        table: &CornerTable,
+        triangles: &[Triangle],
+        v: Vertex,
+        curve: Option<[Vertex; 2]>,
+    ) {
+        if let Some(kept) = &mut self.kept {
+            // Both halves of a curve are of the same charts.
+            let curve = curve.filter(|_| kept.curved[v.index()]);
+            kept.renew(table, triangles, v, curve);
+        }
         for c in triangles.iter().flat_map(|t| t.corners()) {
             let o = table.opposite(c);
             let is_seam = if o.is_none() {
@@ -380,6 +420,26 @@ mod tests {
         assert!(done.charts_to > 0 && done.charts_to < done.history.level_count());
     }
 
+    /// Where charts of two kinds are given up, those that must stay do.
+    #[test]
+    fn some_charts_are_kept_where_others_are_given_up() {
+        for mesh in [shapes::torus(24, 36), shapes::bumpy_sphere(4, 3), shapes::grid(20, 30)] {
+            let table = table(&mesh);
+            for options in settings() {
+                let kept = cells(&mesh, &table, 3, 5);
+                let seams = kept.clone() | scattered(&table, 3, 5);
+                let all = classify(&table, &seams).iter().filter(|&&c| c == VertexClass::Corner).count();
+                let features = Features { seams: seams.clone(), kept: kept.clone(), ..Features::default() };
+                let (_, mut done) = run_with(&mesh, features, &options);
+                assert!(done.charts_to < done.history.level_count() && vertices(&done.base).count() < all);
+                check(&seams, &table, &done);
+                // All of its levels have those.
+                done.charts_to = done.history.level_count();
+                check(&kept, &table, &done);
+            }
+        }
+    }
+
     /// The base of a mesh, no vertex of which need stay for its number.
     fn base(mesh: &IndexedMesh, seams: &BitVec) -> CornerTable {
         run(mesh, seams, &Options { base_vertices: Some(0), ..Options::default() }).1.base
@@ -483,7 +543,7 @@ mod tests {
     fn seams_are_those_of_the_table() {
         let mesh = shapes::torus(5, 4);
         let table = table(&mesh);
-        let of = |seams| Seams::new(&table, seams);
+        let of = |seams| Seams::new(&table, seams, BitVec::new());
         assert!(of(BitVec::new()).unwrap().is_none());
         assert!(of(BitVec::repeat(false, 4 * table.slots())).unwrap().is_none());
         assert!(of(BitVec::repeat(true, 4 * table.slots())).unwrap().is_some());

@@ -7,5 +7,9 @@ mod compressed;
 mod faults;
 mod files;
 mod geometry;
+#[cfg(feature = "images")]
+mod images;
 #[cfg(feature = "cli")]
 mod real;
+mod real_scenes;
+mod scenes;

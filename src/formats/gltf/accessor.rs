@@ -142,6 +142,21 @@ impl<'d> Accessor<'d> {
         }
     }
 
+    /// Whether its numbers are all there.
+    ///
+    /// # Errors
+    /// As [`Accessor::values`].
+    pub(super) fn check(&self) -> Result<()> {
+        if let Some(view) = self.at.key("bufferView") {
+            self.stretch(&self.at, &view, self.count)?;
+        }
+        if let Some(sparse) = self.at.key("sparse") {
+            let (count, values) = (self.places(&sparse)?.len(), sparse.needed("values")?);
+            self.stretch(&values, &values.needed("bufferView")?, count)?;
+        }
+        Ok(())
+    }
+
     /// Appends the numbers of so many elements of a view. `at` says where in it they begin.
     fn elements<T, const N: usize>(
         &self,
@@ -151,7 +166,21 @@ impl<'d> Accessor<'d> {
         list: &mut Vec<T>,
         from: fn([u8; N]) -> T,
     ) -> Result<()> {
-        let Layout { rows, column, element, stride } = self.layout;
+        let Layout { rows, column, .. } = self.layout;
+        let (bytes, stride) = self.stretch(at, view, count)?;
+        for element in bytes.chunks(stride) {
+            for k in 0..self.shape.components {
+                let at = k / rows * column + k % rows * N;
+                let number = element.get(at..).and_then(|rest| rest.first_chunk());
+                list.extend(number.copied().map(from));
+            }
+        }
+        Ok(())
+    }
+
+    /// The bytes of so many elements of a view, and how many are from one to the next. `at` says where in it they begin.
+    fn stretch(&self, at: &At<'_>, view: &At<'_>, count: usize) -> Result<(&'d [u8], usize)> {
+        let Layout { element, stride, .. } = self.layout;
         let view = self.document.view(view)?;
         let stride = view.stride.unwrap_or(stride);
         let offset = at.count("byteOffset")?.unwrap_or(0);
@@ -161,20 +190,12 @@ impl<'d> Accessor<'d> {
         let length =
             (count.saturating_sub(1)).checked_mul(stride).and_then(|length| length.checked_add(element));
         let bytes = length.and_then(|length| view.bytes.get(offset..)?.get(..length));
-        let Some(bytes) = bytes.filter(|_| count > 0) else {
+        bytes.filter(|_| count > 0).map(|bytes| (bytes, stride)).ok_or_else(|| {
             let there = view.bytes.len();
-            return Err(at.fault(format!(
+            at.fault(format!(
                 "{count} elements of {element} bytes, {stride} apart, from byte {offset} of a view of {there}"
-            )));
-        };
-        for element in bytes.chunks(stride) {
-            for k in 0..self.shape.components {
-                let at = k / rows * column + k % rows * N;
-                let number = element.get(at..).and_then(|rest| rest.first_chunk());
-                list.extend(number.copied().map(from));
-            }
-        }
-        Ok(())
+            ))
+        })
     }
 }
 

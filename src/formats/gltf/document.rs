@@ -21,6 +21,8 @@ pub(super) struct Document<'a> {
     binary: Option<&'a [u8]>,
     /// Where the files lie that it names; none are read where this is not known.
     folder: Option<PathBuf>,
+    /// What the JSON may take.
+    json_bytes: usize,
     /// Buffers from elsewhere.
     buffers: Vec<OnceCell<Vec<u8>>>,
     /// What compressed views unpack to.
@@ -56,6 +58,7 @@ impl<'a> Document<'a> {
         let document = Self {
             binary,
             folder,
+            json_bytes: text.len(),
             buffers: (0..buffers).map(|_| OnceCell::new()).collect(),
             unpacked: (0..views).map(|_| OnceCell::new()).collect(),
             budget: RefCell::new(budget),
@@ -93,6 +96,14 @@ impl<'a> Document<'a> {
     /// [`Error::Limit`] where there is not so much left.
     pub(super) fn take(&self, count: usize, size: usize) -> Result<()> {
         self.budget.borrow_mut().take_memory(count, size)
+    }
+
+    /// Debits memory for a copy of the JSON, and for its text.
+    ///
+    /// # Errors
+    /// [`Error::Limit`] where there is not so much left.
+    pub(super) fn take_json(&self) -> Result<()> {
+        self.take(self.json_bytes, PARSED_BYTES + 1)
     }
 
     /// Most bytes that all that is read may take.
@@ -156,7 +167,11 @@ impl<'a> Document<'a> {
             .ok_or_else(|| at.fault(format!("tells of {length} bytes, {} are there", bytes.len())))
     }
 
-    fn load(&self, text: &str, at: &At<'_>) -> Result<Vec<u8>> {
+    /// What the URI of an object stands for, of which it tells under `uri`.
+    ///
+    /// # Errors
+    /// Where it cannot be had.
+    pub(super) fn load(&self, text: &str, at: &At<'_>) -> Result<Vec<u8>> {
         let fault = |what: String| at.fault(format!("uri: {what}"));
         // As text, and then as bytes.
         self.take(text.len(), 2)?;
@@ -197,5 +212,5 @@ fn syntax(error: &serde_json::Error, text: &[u8], json_at: usize) -> Error {
 
 const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
 
-/// Bytes that a byte of JSON may take when it is parsed: `0,` is a value of 32.
-const PARSED_BYTES: usize = 16;
+/// Bytes that a byte of JSON may take when it is parsed: `0,` is a value of 72, and a list may have room for twice as many.
+const PARSED_BYTES: usize = 72;

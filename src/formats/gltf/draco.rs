@@ -100,7 +100,7 @@ mod unpack {
                     }
                 }
             }
-            Ok(Stream { shape, values })
+            Ok(Stream { shape, values, accessor: None })
         }
     }
 

@@ -32,7 +32,7 @@ pub(super) fn flatten<'d>(
     }
     for instances in shown {
         let Some(mesh) = instances.first().and_then(|instance| meshes.get(instance.mesh)) else { continue };
-        let stored = Stored::read(document, mesh, notes)?;
+        let stored = Stored::read(document, mesh, false, notes)?;
         let parts = stored
             .primitives
             .iter()
@@ -92,28 +92,10 @@ impl<'d> Flat<'d> {
         Self { document, positions, triangles, parts, names, named: false, columns }
     }
 
-    /// A new part, by the names that its mesh and its material have, or else by their numbers.
+    /// A new part.
     fn part(&mut self, mesh: &At<'d>, primitive: &Primitive<'d>) -> Result<u32> {
-        let called = |at: &At<'_>, what: &str| -> Result<(String, bool)> {
-            let name = at.text("name")?.filter(|name| !name.trim().is_empty());
-            let number = at.pointer.rsplit('/').next().unwrap_or_default();
-            let in_line = name.map(|name| name.split_whitespace().collect::<Vec<_>>().join(" "));
-            Ok((in_line.unwrap_or_else(|| format!("{what} {number}")), name.is_some()))
-        };
-        let primitives = mesh.list("primitives")?;
-        let (name, named) = called(mesh, "mesh")?;
-        let mut lines = vec![format!("o {name}")];
+        let (lines, named) = part_name(self.document, mesh, primitive)?;
         self.named |= named;
-        if primitives.len() > 1 {
-            lines.push(format!("g primitive {}", primitive.number));
-        }
-        if let Some(number) = primitives.get(primitive.number).and_then(|primitive| primitive.key("material"))
-        {
-            let (name, named) = called(&self.document.named("materials", &number)?, "material")?;
-            lines.push(format!("usemtl {name}"));
-            self.named |= named;
-        }
-        let lines = lines.join("\n");
         self.document.take(lines.len(), 1)?;
         self.names.push(lines);
         Ok(self.names.len() as u32 - 1)
@@ -210,7 +192,33 @@ impl<'d> Flat<'d> {
     }
 }
 
-fn limit(what: &'static str, count: usize) -> Result<()> {
+/// What a part is called, by the names that its mesh and its material have, or else by their numbers; and whether one has a name.
+pub(super) fn part_name(
+    document: &Document<'_>,
+    mesh: &At<'_>,
+    primitive: &Primitive<'_>,
+) -> Result<(String, bool)> {
+    let called = |at: &At<'_>, what: &str| -> Result<(String, bool)> {
+        let name = at.text("name")?.filter(|name| !name.trim().is_empty());
+        let number = at.pointer.rsplit('/').next().unwrap_or_default();
+        let in_line = name.map(|name| name.split_whitespace().collect::<Vec<_>>().join(" "));
+        Ok((in_line.unwrap_or_else(|| format!("{what} {number}")), name.is_some()))
+    };
+    let primitives = mesh.list("primitives")?;
+    let (name, mut is_named) = called(mesh, "mesh")?;
+    let mut lines = vec![format!("o {name}")];
+    if primitives.len() > 1 {
+        lines.push(format!("g primitive {}", primitive.number));
+    }
+    if let Some(number) = primitives.get(primitive.number).and_then(|primitive| primitive.key("material")) {
+        let (name, named) = called(&document.named("materials", &number)?, "material")?;
+        lines.push(format!("usemtl {name}"));
+        is_named |= named;
+    }
+    Ok((lines.join("\n"), is_named))
+}
+
+pub(super) fn limit(what: &'static str, count: usize) -> Result<()> {
     let (needed, allowed) = (count as u64, u64::from(MAX_ELEMENTS));
     if needed > allowed { Err(Error::Limit { what, needed, allowed }) } else { Ok(()) }
 }

@@ -50,9 +50,13 @@ impl<'a> At<'a> {
 
     /// The members of an object; none where it is not there.
     pub(super) fn object(&self, key: &str) -> Result<Vec<(&'a str, Self)>> {
-        let Some(object) = self.key(key) else { return Ok(Vec::new()) };
-        let members = object.value.as_object().ok_or_else(|| object.fault("not an object"))?;
-        Ok(members.keys().filter_map(|key| Some((key.as_str(), object.key(key)?))).collect())
+        self.key(key).map_or(Ok(Vec::new()), |object| object.members())
+    }
+
+    /// The members of this value.
+    pub(super) fn members(&self) -> Result<Vec<(&'a str, Self)>> {
+        let members = self.value.as_object().ok_or_else(|| self.fault("not an object"))?;
+        Ok(members.keys().filter_map(|key| Some((key.as_str(), self.key(key)?))).collect())
     }
 
     /// An item of one of the lists at the root, by its number.

@@ -1,8 +1,9 @@
 //! glTF 2.0 (Khronos; ISO/IEC 12113), binary (`.glb`) or text with buffers beside it or in it: what shape its scene has.
 //!
-//! A [`Document`] is the file as it is, its JSON whole, and numbers are read through its accessors. From it comes one mesh, for that is what
-//! the encoder takes: every mesh that the scene shows, as often as it does and where it does, in binary64. This flattening stands in
-//! until the format can keep a scene: then meshes will stay in coordinates of their own, each once, with nodes, materials and the rest of the JSON beside them.
+//! A [`Document`] is the file as it is, its JSON whole, and numbers are read through its accessors. From it comes one mesh in either of two
+//! ways. As a scene (`layout`) every mesh is there once, in coordinates of its own, each primitive a part, and beside it are nodes, materials
+//! and the rest of the JSON, with the buffers that it needs (`carried`; spec §14). Flattened, for whoever wants a mesh alone, every mesh is
+//! there as often as the scene shows it and where it does, in binary64:
 //!
 //! - Triangles of a mesh that a negative scale mirrors are turned round; normals go by the inverse transpose, tangents by the matrix, the
 //!   sign of the bitangent with the mirror. Where nodes move and scale alone, both stay bit for bit.
@@ -11,24 +12,33 @@
 //! - Each primitive is a part, by the names of its mesh and material.
 
 mod accessor;
+mod canonical;
+mod carried;
 mod column;
 mod document;
 mod draco;
+mod exponent;
 mod flatten;
 mod geometry;
 mod glb;
+mod images;
 mod json;
+mod layout;
 mod meshopt;
 mod notes;
 mod pack;
 mod plain;
+mod previews;
 mod primitive;
+mod references;
 mod scene;
+mod texels;
 mod transform;
 mod uri;
 mod write;
 
 use self::document::Document;
+use self::layout::Layout;
 use self::notes::Notes;
 use self::scene::Scene;
 use super::{Coordinates, Format, ReadOptions, Source, text};
@@ -70,21 +80,30 @@ fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     }
     let scene = Scene::new(&document)?;
     let mut notes = Notes::default();
+    if options.scenes {
+        return kept(&document, &scene, notes);
+    }
     let (mesh, left_out) = flatten::flatten(&document, &scene, &mut notes)?;
     let mut dropped = notes.in_words(&document, &scene)?;
     dropped.extend(left_out);
+    Ok(source(mesh, dropped))
+}
+
+/// The scene as it is.
+fn kept(document: &Document<'_>, scene: &Scene, mut notes: Notes) -> Result<Source> {
+    let Layout { mesh, parts, left_out } = layout::lay_out(document, scene, &mut notes)?;
+    let carried = carried::carry(document, &mesh, &parts, &mut notes)?;
+    let remarks = std::mem::take(&mut notes.remarks);
+    let mut dropped = notes.of_scene();
+    dropped.extend(left_out);
+    Ok(Source { remarks, scene: Some(carried), ..source(mesh, dropped) })
+}
+
+fn source(mesh: IndexedMesh, dropped: Vec<String>) -> Source {
     let is_binary32 = mesh.positions.as_flattened().iter().all(|&x| f64::from(x as f32) == x);
     let coordinates = if is_binary32 { Coordinates::Float32 } else { Coordinates::Float64 };
-    Ok(Source {
-        mesh,
-        format: Format::Gltf,
-        polygons: 0,
-        coordinates,
-        text: false,
-        dropped,
-        remarks: vec![],
-        scene: None,
-    })
+    let (polygons, text, remarks, scene) = (0, false, vec![], None);
+    Source { mesh, format: Format::Gltf, polygons, coordinates, text, dropped, remarks, scene }
 }
 
 /// See [`unwritten`](super::unwritten).

@@ -17,12 +17,36 @@ use crate::error::Result;
 pub(super) struct Notes {
     /// Indices behind the last whole triangle.
     pub left_over: usize,
+    /// Vertices of no triangle, where they are not kept.
+    pub unused_vertices: usize,
+    /// Extensions that name triangles or vertices by number.
+    pub lost_extensions: BTreeMap<&'static str, usize>,
+    /// Extras and extensions of what is not kept: accessors, buffer views and buffers.
+    pub lost_extras: usize,
+    /// Images that are not there, in words.
+    pub lost_images: Vec<String>,
+    /// What is no loss, in words.
+    pub remarks: Vec<String>,
     /// Attributes whose type or number of components is another one now, in words.
     pub retyped: Vec<String>,
 }
 
 impl Notes {
-    /// What is not kept of a document that shows a scene, in words for the user.
+    /// What is not kept of a document whose scene is, in words for the user.
+    pub(super) fn of_scene(self) -> Vec<String> {
+        let counts = [
+            ("indices of no whole triangle", self.left_over),
+            ("vertices of no triangle", self.unused_vertices),
+            ("extras and extensions of accessors, buffer views and buffers", self.lost_extras),
+        ];
+        let counts = counts.into_iter().filter(|(_, count)| *count > 0);
+        let counts = counts.map(|(what, count)| format!("{what} ({count})"));
+        let extensions =
+            self.lost_extensions.iter().map(|(name, count)| format!("extension {name} ({count})"));
+        counts.chain(extensions).chain(self.lost_images).collect()
+    }
+
+    /// What is not kept of a document that is flattened, in words for the user.
     ///
     /// # Errors
     /// Where a mode is none.
@@ -153,7 +177,7 @@ const LOOKS: [&str; 11] = [
     "KHR_xmp",
     "KHR_animation_",
 ];
-const QUANTIZATION: &str = "KHR_mesh_quantization";
+pub(super) const QUANTIZATION: &str = "KHR_mesh_quantization";
 
 const MOST_NAMED: usize = 24;
 const MOST_LETTERS: usize = 80;

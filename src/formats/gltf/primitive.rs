@@ -14,6 +14,8 @@ use crate::mesh::attributes::Values;
 pub(super) struct Stream {
     pub shape: Shape,
     pub values: Values,
+    /// The number of the accessor that has them, if they are not compressed.
+    pub accessor: Option<usize>,
 }
 
 impl Stream {
@@ -32,6 +34,18 @@ pub(super) struct Primitive<'d> {
     /// The mesh's streams that it has positions and attributes of, these by name.
     pub positions: usize,
     pub attributes: Vec<(&'d str, usize)>,
+    /// The same of its morph targets, where they are wanted.
+    pub targets: Vec<Vec<(&'d str, usize)>>,
+}
+
+impl<'d> Primitive<'d> {
+    /// All of its streams: which target they are of, from 1 on, or 0, and their names.
+    pub(super) fn streams(&self) -> impl Iterator<Item = (usize, &'d str, usize)> + '_ {
+        let own = [(0, POSITION, self.positions)].into_iter();
+        let own = own.chain(self.attributes.iter().map(|&(name, stream)| (0, name, stream)));
+        let targets = self.targets.iter().zip(1..);
+        own.chain(targets.flat_map(|(list, t)| list.iter().map(move |&(name, stream)| (t, name, stream))))
+    }
 }
 
 /// A mesh whose primitives share what they have in common.
@@ -67,22 +81,35 @@ pub(super) enum Topology {
     Fan,
 }
 
+impl Topology {
+    /// Whether it makes triangles.
+    pub(super) fn is_surface(self) -> bool {
+        !matches!(self, Self::Points | Self::Lines)
+    }
+}
+
 impl<'d> Stored<'d> {
-    /// Reads the triangles of a mesh.
+    /// Reads the triangles of a mesh, and its morph targets, if they are wanted.
     ///
     /// # Errors
     /// At the pointer where something is out of range, missing, or not of its type.
-    pub(super) fn read(document: &'d Document<'d>, mesh: &At<'d>, notes: &mut Notes) -> Result<Self> {
+    pub(super) fn read(
+        document: &'d Document<'d>,
+        mesh: &At<'d>,
+        with_targets: bool,
+        notes: &mut Notes,
+    ) -> Result<Self> {
         let (mut stored, mut known) = (Self::default(), HashMap::new());
         for (number, at) in mesh.list("primitives")?.iter().enumerate() {
             let topology = topology(at)?;
-            if matches!(topology, Topology::Points | Topology::Lines) {
+            if !topology.is_surface() {
                 continue;
             }
             let mut packed = draco::Packed::of(document, at)?;
             let mut stream = |name: &str, accessor: &At<'d>| -> Result<usize> {
                 let next = stored.streams.len();
-                let (key, stream) = match packed.as_mut().and_then(|packed| packed.stream(name, accessor)) {
+                let packed = packed.as_mut().filter(|_| !name.is_empty());
+                let (key, stream) = match packed.and_then(|packed| packed.stream(name, accessor)) {
                     Some(stream) => (None, stream?),
                     None => {
                         let key = accessor.number()?;
@@ -90,7 +117,8 @@ impl<'d> Stored<'d> {
                             return Ok(stream);
                         }
                         let accessor = Accessor::new(document, accessor)?;
-                        (Some(key), Stream { shape: accessor.shape, values: accessor.values()? })
+                        let (shape, values) = (accessor.shape, accessor.values()?);
+                        (Some(key), Stream { shape, values, accessor: Some(key) })
                     }
                 };
                 known.extend(key.map(|key| (key, next)));
@@ -104,6 +132,13 @@ impl<'d> Stored<'d> {
             for (name, accessor) in at.object("attributes")?.iter().filter(|(name, _)| *name != POSITION) {
                 attributes.push((*name, stream(name, accessor)?));
             }
+            let mut targets = Vec::new();
+            for target in if with_targets { at.list("targets")? } else { Vec::new() } {
+                let members = target.members()?.into_iter();
+                // What is compressed has names of its own.
+                let members = members.map(|(name, accessor)| Ok((name, stream("", &accessor)?)));
+                targets.push(members.collect::<Result<Vec<_>>>()?);
+            }
             let of = |stream: usize| &stored.streams[stream];
             let vertices = of(positions).count();
             if of(positions).shape.components != 3 {
@@ -111,7 +146,7 @@ impl<'d> Stored<'d> {
                     position.fault(format!("positions of {} numbers, not 3", of(positions).shape.components))
                 );
             }
-            for &(name, stream) in &attributes {
+            for &(name, stream) in attributes.iter().chain(targets.iter().flatten()) {
                 let count = of(stream).count();
                 if count != vertices {
                     return Err(listed.fault(format!("{name} of {count} vertices, {POSITION} of {vertices}")));
@@ -127,7 +162,7 @@ impl<'d> Stored<'d> {
                 );
             }
             if !triangles.is_empty() {
-                stored.primitives.push(Primitive { number, triangles, positions, attributes });
+                stored.primitives.push(Primitive { number, triangles, positions, attributes, targets });
             }
         }
         Ok(stored)

@@ -34,6 +34,7 @@ export interface Document extends Extensible<{ bufferView?: number; uri?: string
   nodes?: { mesh?: number; skin?: number }[];
   images?: Image[];
   textures?: { source?: number; extensions?: Record<string, { source?: number }> }[];
+  materials?: { normalTexture?: { index: number }; emissiveTexture?: { index: number } }[];
   bufferViews?: { buffer: number; byteOffset?: number; byteLength: number }[];
 }
 

@@ -38,7 +38,7 @@ export class ScenePlugin implements GLTFLoaderPlugin {
 
   async loadBufferView(index: number): Promise<ArrayBuffer> {
     const { buffer, byteOffset = 0, byteLength } = this.#document.bufferViews![index]!;
-    const bytes = await this.#scene.buffer(buffer);
+    const bytes = await this.#scene.arriving(buffer);
     return bytes.slice(byteOffset, byteOffset + byteLength).buffer;
   }
 }

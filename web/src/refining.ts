@@ -135,6 +135,20 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
     return this.#awaited(number).promise;
   }
 
+  /** @internal The same, but an error where all that is wanted has come without them. */
+  arriving(number: number): Promise<Uint8Array<ArrayBuffer>> {
+    const over = this.#following.complete.then(() => Promise.reject(new Error(`buffer ${number} is not wanted`)));
+    return Promise.race([this.buffer(number), over]);
+  }
+
+  /** @internal Adds binary data to a document; the number of their view. */
+  provide(document: Document, bytes: Uint8Array<ArrayBuffer>): number {
+    const views = (document.bufferViews ??= []);
+    const buffer = OWN + views.length;
+    this.#awaited(buffer).resolve(bytes);
+    return views.push({ buffer, byteLength: bytes.byteLength }) - 1;
+  }
+
   /** @internal Three.js has made its objects. */
   assembled(gltf: GLTF): void {
     const materials = new Set<Material>();
@@ -158,7 +172,7 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
       if (kind === "buffer") this.#awaited(number).resolve(bytes);
       else {
         this.#document = JSON.parse(new TextDecoder().decode(bytes)) as Document;
-        this.#textures = new Textures(this.#document, this);
+        this.#textures = new Textures(this.#document, this, delta.contents);
       }
     }
     this.#waiting.push(delta);
@@ -191,6 +205,9 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
     return awaited;
   }
 }
+
+/** Numbers of buffers that no file has: there are at most 2^16 resources. */
+const OWN = 1 << 20;
 
 /** Binary data that may be on their way. */
 interface Awaited {

@@ -3,6 +3,7 @@
 import type { Material, Texture } from "three";
 import type { GLTFParser } from "three/addons/loaders/GLTFLoader.js";
 import { imageOf, versionsOf, type Document, type Version } from "./document.js";
+import type { Contents } from "./unweld.js";
 import type { UnweldScene } from "./refining.js";
 
 export class Textures {
@@ -17,11 +18,17 @@ export class Textures {
   readonly #busy = new Set<Promise<void>>();
   #isDisposed = false;
 
-  /** Changes the document: its images are the smallest there are. */
-  constructor(document: Document, scene: UnweldScene) {
+  /** Changes the document: its images are the smallest there are, or for those that come late without a preview a single pixel. */
+  constructor(document: Document, scene: UnweldScene, contents: Contents) {
     this.#document = document;
     this.#scene = scene;
-    this.#versions = (document.images ?? []).map(versionsOf);
+    const late = lateViews(document, contents);
+    this.#versions = (document.images ?? []).map((image, k) => {
+      const versions = versionsOf(image);
+      const [first] = versions;
+      if (!first || !late.has(first.view) || first.mimeType === "image/ktx2") return versions;
+      return [{ size: 1, view: scene.provide(document, pixel(colourOf(document, k))), mimeType: "image/bmp" }, ...versions];
+    });
     this.#shown = this.#versions.map(() => 0);
     document.images?.forEach((image, k) => {
       const first = this.#versions[k]![0];
@@ -69,7 +76,8 @@ export class Textures {
     if (this.#shown[image]! >= k || this.#isDisposed) return bitmap.close();
     this.#shown[image] = k;
     const sources = new Set<Texture["source"]>();
-    for (const [object, { textures: number }] of this.#parser!.associations as Map<object, { textures?: number }>) {
+    for (const [object, made] of this.#parser!.associations as Map<object, { textures?: number } | undefined>) {
+      const number = made?.textures;
       if (number !== undefined && imageOf(this.#document, number) === image) sources.add((object as Texture).source);
     }
     const before = new Set<unknown>();
@@ -95,4 +103,32 @@ export class Textures {
     }
     return textures;
   }
+}
+
+/** The views of what does not stand right behind the base. */
+function lateViews({ bufferViews = [] }: Document, { resources, levels }: Contents): Set<number> {
+  const first = resources.findIndex(({ kind }) => kind === "buffer");
+  const isLate = ({ buffer }: { buffer: number }) => (resources[first + buffer]?.level ?? 0) < levels.length - 1;
+  return new Set(bufferViews.flatMap((view, k) => (isLate(view) ? [k] : [])));
+}
+
+/** What changes least where an image is missing: no light of its own, no bumps, else white. */
+function colourOf(document: Document, image: number): readonly [number, number, number] {
+  const is = (texture?: { index: number }) => texture !== undefined && imageOf(document, texture.index) === image;
+  if (document.materials?.some(({ normalTexture }) => is(normalTexture))) return [128, 128, 255];
+  return document.materials?.some(({ emissiveTexture }) => is(emissiveTexture)) ? [0, 0, 0] : [255, 255, 255];
+}
+
+/** A picture of one pixel, as BMP. */
+function pixel([red, green, blue]: readonly [number, number, number]): Uint8Array<ArrayBuffer> {
+  const bytes = new Uint8Array(58);
+  const view = new DataView(bytes.buffer);
+  bytes.set([0x42, 0x4d, 58]);
+  bytes.set([54, 0, 0, 0, 40], 10);
+  view.setUint32(18, 1, true);
+  view.setUint32(22, 1, true);
+  view.setUint16(26, 1, true);
+  view.setUint16(28, 24, true);
+  bytes.set([blue, green, red], 54);
+  return bytes;
 }

@@ -21,8 +21,9 @@ const browser = await browserType.launch({ executablePath: chromium, args: ARGUM
 
 const PAGE = `<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,"><script type="module" src="SCRIPT"></script>`;
 const MAIN = `
-import { BufferGeometry } from "three";
+import { BufferGeometry, Object3D } from "three";
 import { decode } from "unweld";
+import { UnweldGLTFLoader } from "unweld/gltf";
 import { UnweldLoader } from "unweld/three";
 
 const run = async () => {
@@ -30,7 +31,10 @@ const run = async () => {
   for await (const delta of decode(new URL("/mesh.uwm", location.href))) last = delta;
   const geometry = await new UnweldLoader().loadAsync("/mesh.uwm");
   await geometry.complete;
-  return { triangles: last.triangles, drawn: geometry.drawRange.count / 3, isOne: geometry instanceof BufferGeometry };
+  const { scene, unweld } = await new UnweldGLTFLoader().loadAsync("/scene.uwm");
+  await unweld.complete;
+  const isOne = geometry instanceof BufferGeometry && scene instanceof Object3D;
+  return { triangles: last.triangles, drawn: geometry.drawRange.count / 3, inScene: unweld.triangles, isOne };
 };
 run().then((told) => (globalThis.told = told), (error) => (globalThis.told = { error: String(error) }));
 `;
@@ -55,7 +59,11 @@ async function installed() {
   const three = join(app, "node_modules/three");
   await cp(local("../node_modules/three/build"), join(three, "build"), { recursive: true });
   await cp(local("../node_modules/three/package.json"), join(three, "package.json"));
+  for (const folder of ["loaders", "utils"]) {
+    await cp(local(`../node_modules/three/examples/jsm/${folder}`), join(three, "examples/jsm", folder), { recursive: true });
+  }
   await cp(local("../../tests/golden/sphere.uwm"), join(app, "public/mesh.uwm"));
+  await cp(local("scene.uwm"), join(app, "public/scene.uwm"));
   const { version } = JSON.parse(await readFile(join(three, "package.json"), "utf8"));
   const dependencies = { three: version };
   await writeFile(join(app, "package.json"), JSON.stringify({ name: "app", private: true, type: "module", dependencies }));
@@ -75,7 +83,7 @@ async function check(what, make) {
     await page.goto(url);
     await page.waitForFunction(() => globalThis.told, null, { timeout: 60_000 });
     const told = await page.evaluate(() => globalThis.told);
-    assert.deepEqual(told, { triangles: 80, drawn: 80, isOne: true }, what);
+    assert.deepEqual(told, { triangles: 80, drawn: 80, inScene: 2880, isOne: true }, what);
     assert.ok(page.workers().length > 0, `${what}: it is decoded in a worker`);
     assert.deepEqual(faults, [], what);
   } finally {

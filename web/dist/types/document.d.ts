@@ -48,6 +48,14 @@ export interface Document extends Extensible<{
             source?: number;
         }>;
     }[];
+    materials?: {
+        normalTexture?: {
+            index: number;
+        };
+        emissiveTexture?: {
+            index: number;
+        };
+    }[];
     bufferViews?: {
         buffer: number;
         byteOffset?: number;

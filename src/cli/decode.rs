@@ -8,20 +8,18 @@ use super::numbers::{count, grouped, of_diagonal, significant};
 use super::output::{MeshFormat, Output, remark, say};
 use super::progress::Progress;
 use super::quality::Quality;
+use super::shown::Shown;
 use super::uwm::Uwm;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
-use unweld::codec::grid::Real;
-use unweld::codec::walk::Tour;
-use unweld::codec::whole::Whole;
 use unweld::container::{Contents, Measure, Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::{Decoder, Event, Until};
-use unweld::mesh::{IndexedMesh, Lattice};
+use unweld::mesh::IndexedMesh;
 
-/// Decode a .uwm file, or as much as is wanted or there, to PLY, OBJ or STL
+/// Decode a .uwm file, or as much as is wanted or there, to PLY, OBJ, STL or glTF
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -83,17 +81,26 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let way = way(args, &mut uwm)?;
     let (way, short) = within(&uwm, args, way)?;
     let mut levels = Vec::new();
+    let is_scene = uwm.contents.scene().is_some();
     let mut progress = Progress::new(args.quiet);
-    let decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut |decoder, event| {
+    let mut decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut |decoder, event| {
         // Level 0 is not complete before its residue.
-        if let (Event::Level { level: 1.., .. }, Some(folder)) = (event, folder) {
-            levels.push(write_level(decoder, folder, format, input)?);
+        if let (Event::Level { level: 1.., .. }, Some(folder), false) = (event, folder, is_scene) {
+            levels.push(write_level(decoder, folder, format, args)?);
         }
         Ok(())
     })?;
+    if let (Some(folder), Some(finest), true) = (folder, decoder.level(), is_scene) {
+        // A scene comes behind the base, its images behind one level or the other.
+        for level in (finest.max(1)..=uwm.contents.base_level()).rev() {
+            let mut decoder = uwm.level(level, &mut progress)?;
+            uwm.complete_scene(&mut decoder)?;
+            levels.push(write_level(&decoder, folder, format, args)?);
+        }
+    }
     drop(progress);
     if let (Some(folder), Some(0)) = (folder, decoder.level()) {
-        levels.push(write_level(&decoder, folder, format, input)?);
+        levels.push(write_level(&decoder, folder, format, args)?);
     }
     let cut = uwm.cut().filter(|_| short).map(|there| uwm.cut_text(there));
     if let Some(most) = args.quality.triangles {
@@ -103,12 +110,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let text = reached(&mut uwm, &decoder)?;
     let mut written = None;
     if let Some(output) = &output {
-        let (mesh, real) = mesh(&decoder, args.quality.triangles)?;
-        let lattice = &uwm.contents.header.lattice;
-        write(&mesh, real, lattice, format, output)?;
-        let losses = format.losses(&mesh, real.is_none().then_some(lattice));
-        warnings.extend(losses.into_iter().map(|loss| format!("{}: {loss}", output.name)));
-        written = Some(Written::new(output, &mesh, &decoder));
+        if format == MeshFormat::Glb && args.quality.max_bytes.is_none() {
+            uwm.complete_scene(&mut decoder)?;
+        }
+        let shown = Shown::new(&decoder, args.quality.triangles, format, args.max_memory)
+            .with_context(|| uwm.name.clone())?;
+        shown.write(format, output)?;
+        warnings.extend(shown.losses(format).into_iter().map(|loss| format!("{}: {loss}", output.name)));
+        written = Some(Written::new(output, &shown.mesh, &decoder));
     }
     if args.json {
         warnings.extend(cut);
@@ -255,53 +264,13 @@ fn within(uwm: &Uwm, args: &Args, way: Way) -> anyhow::Result<(Way, bool)> {
     Ok((Way { plan: Some(prefix), ..way }, short))
 }
 
-fn write_level(
-    decoder: &Decoder,
-    folder: &Path,
-    format: MeshFormat,
-    input: &Path,
-) -> anyhow::Result<Written> {
-    let (Some(level), Some(contents)) = (decoder.level(), decoder.contents()) else {
-        bail!("{}: there is no mesh", input::name(input));
-    };
-    let (mesh, real) = mesh(decoder, None)?;
+fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat, args: &Args) -> anyhow::Result<Written> {
+    let (input, name) = (args.input.as_path(), || input::name(&args.input));
+    let Some(level) = decoder.level() else { bail!("{}: there is no mesh", name()) };
+    let shown = Shown::new(decoder, None, format, args.max_memory).with_context(name)?;
     let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())), [input])?;
-    write(&mesh, real, &contents.header.lattice, format, &output)?;
-    Ok(Written::new(&output, &mesh, decoder))
-}
-
-/// Writes a mesh, in the type of its coordinates where these are exact.
-pub fn write(
-    mesh: &IndexedMesh,
-    real: Option<Real>,
-    lattice: &Lattice,
-    format: MeshFormat,
-    output: &Output,
-) -> anyhow::Result<()> {
-    output.write(|out| match real {
-        Some(real) => format.write_exact(mesh, real, out),
-        None => format.write(mesh, Some(lattice), out),
-    })
-}
-
-/// The mesh to write, and the type of its coordinates where they are exact; on the lattice and without the triangles of the
-/// residue, where there are too many with them.
-pub fn mesh(decoder: &Decoder, triangles: Option<u32>) -> anyhow::Result<(IndexedMesh, Option<Real>)> {
-    let fits = |residue: usize| {
-        triangles.is_none_or(|most| decoder.mesh().table.triangle_count() + residue <= most as usize)
-    };
-    match (decoder.residue(), decoder.contents()) {
-        (Some(residue), Some(contents)) if !fits(residue.triangles.len()) => {
-            let mut residue = residue.clone();
-            residue.triangles.clear();
-            let whole = Whole::new(decoder.mesh(), &residue, &Tour::new(decoder.mesh()));
-            Ok((whole.on_lattice(&contents.header.lattice), None))
-        }
-        _ => {
-            let correction = decoder.correction().filter(|_| decoder.level() == Some(0));
-            Ok((decoder.assembled()?, correction.map(|correction| correction.real)))
-        }
-    }
+    shown.write(format, &output)?;
+    Ok(Written::new(&output, &shown.mesh, decoder))
 }
 
 fn remark_on_triangles(quiet: bool, name: &str, decoder: &Decoder, most: u32) {

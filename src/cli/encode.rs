@@ -24,7 +24,7 @@ use std::time::Instant;
 use unweld::codec::grid::Real;
 use unweld::encoder::{Encoder, Keyframes, Options, Report, Source, Stage};
 use unweld::error::Place;
-use unweld::formats::{self, Coordinates};
+use unweld::formats::{self, Coordinates, write_progressive};
 use unweld::limits::MAX_LIFTING;
 use unweld::mesh::attributes::Semantic;
 use unweld::mesh::{Attribute, Lattice};
@@ -73,6 +73,10 @@ pub struct Args {
     /// Most memory to use for each input, in bytes or with a suffix K, M, G
     #[arg(long, value_name = "M", value_parser = size)]
     max_memory: Option<u64>,
+    /// Write an ordinary .glb with the scene's coarsest level, in the buffer of which a .uwm file refines it for viewers that know the
+    /// extension UNWELD_progressive_mesh
+    #[arg(long)]
+    gltf_extension: bool,
     /// What a file cannot keep of an input is an error, and that input is not encoded
     #[arg(long)]
     strict: bool,
@@ -100,18 +104,22 @@ pub struct Args {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     match &args.input[..] {
         [input] if !input.is_dir() => run_one(args, input),
+        _ if args.gltf_extension => Err(Usage("--gltf-extension takes one input".to_owned()).into()),
         inputs => batch::run(args, inputs, &args.output),
     }
 }
 
 fn run_one(args: &Args, input: &Path) -> anyhow::Result<()> {
     let output = if inputs::is_folder(&args.output) {
-        let path = inputs::into_folder(input, &args.output)?;
+        let mut path = inputs::into_folder(input, &args.output)?;
+        if args.gltf_extension {
+            path.set_extension("glb");
+        }
         fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
         Output::new(&path, [input])?
     } else {
         let output = Output::new(&args.output, [input])?;
-        if inputs::is_mesh_name(&args.output) && !args.force {
+        if inputs::is_mesh_name(&args.output) && !args.force && !args.gltf_extension {
             let what = "the name of a mesh, but a .uwm file is written";
             return Err(Usage(format!("{} is {what} (--force does it)", output.name)).into());
         }
@@ -206,14 +214,26 @@ pub fn encode_to(
     let read = start.elapsed().as_secs_f64();
     let kept = Kept::new(args, level.as_ref());
     let (options, settings) = (options(args, kept, &source), settings(args, kept));
-    let Encoded { file, report } = encode(&source, input, options, settings, progress)?;
     let scene = source.scene.as_ref().map(|scene| Contents::new(scene, source.mesh.part_names.len()));
+    // In a glTF the scene is the glTF's own.
+    let around = if args.gltf_extension { source.scene.take() } else { None };
+    if args.gltf_extension && around.is_none() {
+        return Err(Usage(format!("{}: --gltf-extension is for scenes of glTF", input::name(input))).into());
+    }
+    let Encoded { file, report } = encode(&source, input, options, settings, progress)?;
     let remarks = std::mem::take(&mut source.remarks);
     drop(source);
     let start = Instant::now();
-    output.write(|out| out.write_all(&file))?;
+    let mut uwm = Uwm::in_memory(file.clone(), &output.name)?;
+    match &around {
+        Some(scene) => {
+            let base = uwm.level(uwm.contents.base_level(), progress)?.assembled()?;
+            output.write(|mut out| write_progressive(&base, scene, &file, &mut out))?;
+        }
+        None => output.write(|out| out.write_all(&file))?,
+    }
+    drop(file);
     let write = start.elapsed().as_secs_f64();
-    let mut uwm = Uwm::in_memory(file, &output.name)?;
     let description =
         Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
     let mut warnings = warnings(args, &description, &report);

@@ -11,6 +11,7 @@ use super::numbers::{count, grouped, of_diagonal};
 use super::output::{MeshFormat, Output, remark};
 use super::progress::Progress;
 use super::quality::Quality;
+use super::shown::Shown;
 use super::signals::stopped;
 use super::uwm::Uwm;
 use anyhow::{Context, anyhow, bail};
@@ -361,11 +362,10 @@ fn write_mesh(args: &Args, got: &Got, part: Part, format: MeshFormat, output: &O
     let mut progress = Progress::new(args.quiet);
     let decoder = uwm.decode(Some(&got.plan), until, &mut progress, &mut |_, _| Ok(()))?;
     drop(progress);
-    let (mesh, real) = decode::mesh(&decoder, None)?;
-    let lattice = &got.contents.header.lattice;
-    decode::write(&mesh, real, lattice, format, output)?;
+    let shown = Shown::new(&decoder, None, format, args.max_memory).with_context(|| part.name.clone())?;
+    shown.write(format, output)?;
     part.remove();
-    for loss in format.losses(&mesh, real.is_none().then_some(lattice)) {
+    for loss in shown.losses(format) {
         remark(args.quiet, &format!("{}: {loss}", output.name));
     }
     if args.quiet || args.json {
@@ -375,8 +375,8 @@ fn write_mesh(args: &Args, got: &Got, part: Part, format: MeshFormat, output: &O
     output.say(&format!(
         "{}: {}, {}\n  {text}\n",
         output.name,
-        count(mesh.positions.len() as u64, "vertex"),
-        count(mesh.triangles.len() as u64, "triangle"),
+        count(shown.mesh.positions.len() as u64, "vertex"),
+        count(shown.mesh.triangles.len() as u64, "triangle"),
     ))
 }
 

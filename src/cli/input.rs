@@ -3,6 +3,7 @@
 use super::args::is_stream;
 use super::failure::Usage;
 use super::progress::Progress;
+use super::shown;
 use super::uwm::Uwm;
 use anyhow::{Context, anyhow};
 use std::fs::File;
@@ -80,15 +81,23 @@ impl Mesh {
         match Input::open(path, reading)? {
             Input::Mesh(_) if level.is_some() => Err(without_levels(path).into()),
             Input::Mesh(source) => Ok(Self { source, level: None }),
-            Input::Levels(mut uwm) => Self::of_level(&mut uwm, level.unwrap_or(0), progress),
+            Input::Levels(mut uwm) => Self::of_level(&mut uwm, level.unwrap_or(0), reading, progress),
         }
     }
 
-    fn of_level(uwm: &mut Uwm, level: u32, progress: &mut Progress) -> anyhow::Result<Self> {
+    fn of_level(
+        uwm: &mut Uwm,
+        level: u32,
+        reading: Reading,
+        progress: &mut Progress,
+    ) -> anyhow::Result<Self> {
         let decoder = uwm.level(level, progress)?;
+        let mesh = shown::placed(&decoder, reading.max_memory).with_context(|| uwm.name.clone())?;
+        let is_scene = reading.scenes && uwm.contents.scene().is_some();
+        let dropped = if is_scene { vec!["the scene, flattened".to_owned()] } else { vec![] };
         let real = decoder.correction().filter(|_| level == 0).map(|correction| correction.real);
         let source = Source {
-            mesh: decoder.assembled()?,
+            mesh,
             format: Format::Ply,
             polygons: 0,
             coordinates: if real == Some(Real::Binary32) {
@@ -97,7 +106,7 @@ impl Mesh {
                 Coordinates::Float64
             },
             text: false,
-            dropped: Vec::new(),
+            dropped,
             remarks: vec![],
             scene: None,
         };

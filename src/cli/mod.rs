@@ -26,6 +26,7 @@ mod quality;
 mod replace;
 mod scene;
 mod serve;
+mod shown;
 mod signals;
 mod simplify;
 mod triangles;

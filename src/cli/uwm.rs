@@ -78,6 +78,11 @@ impl Uwm {
         Ok(Self { name, contents, bytes, length, limits })
     }
 
+    /// Bytes of memory that decoding may take.
+    pub fn memory(&self) -> u64 {
+        self.limits.memory
+    }
+
     /// Bytes that are there, whatever the table of contents says.
     pub fn length(&self) -> u64 {
         self.length
@@ -191,6 +196,26 @@ impl Uwm {
             Some(there) if level == 0 => Ok(Some(self.prefix(there)?)),
             _ => Ok((level > 0).then(|| plan(&self.contents, Want::Level(level)))),
         }
+    }
+
+    /// Adds the resources that decoding has passed over, as far as they are there.
+    ///
+    /// # Errors
+    /// Those of the medium and of the decoder, with the name of the file.
+    pub fn complete_scene(&mut self, decoder: &mut Decoder) -> anyhow::Result<()> {
+        let contents = self.contents.clone();
+        for (number, entry) in contents.resources.iter().enumerate() {
+            let bytes = contents.bytes(entry.atoms.clone());
+            if decoder.resource(number).is_some() || bytes.end > self.length {
+                continue;
+            }
+            self.bytes.seek(SeekFrom::Start(bytes.start)).with_context(|| self.name.clone())?;
+            let mut resource = Vec::new();
+            let read = (&mut self.bytes).take(bytes.end - bytes.start).read_to_end(&mut resource);
+            read.with_context(|| self.name.clone())?;
+            decoder.add_resource(number, &resource).map_err(|e| fault(&self.name, e))?;
+        }
+        Ok(())
     }
 
     /// Some consecutive atoms.

@@ -6,6 +6,7 @@ use super::input::{self, Input, Reading};
 use super::numbers::{count, grouped};
 use super::output::{Output, remark, say};
 use super::progress::Progress;
+use super::shown;
 use super::uwm::Uwm;
 use anyhow::Context;
 use clap::ValueEnum;
@@ -17,6 +18,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 use unweld::decoder::{Event, Until};
+use unweld::formats::placed;
 use unweld::mesh::{Attribute, IndexedMesh};
 use unweld::render::{Picture, SOFTWARE, Up, View, render_with, write_png};
 
@@ -215,6 +217,11 @@ pub fn levels(
     })?;
     // Level 0 is complete with its residue alone.
     meshes.insert(decoder.level().unwrap_or(finest), decoder.assembled()?);
+    if let Some(scene) = shown::scene(&decoder).with_context(|| uwm.name.clone())? {
+        for mesh in meshes.values_mut() {
+            *mesh = placed(mesh, &scene, uwm.memory()).with_context(|| uwm.name.clone())?;
+        }
+    }
     Ok(meshes)
 }
 

@@ -47,7 +47,7 @@ mod stl_write;
 mod text;
 mod write;
 
-pub use gltf::write_glb;
+pub use gltf::{placed, write_glb, write_progressive, write_scene};
 pub use gzip::INFLATED_BYTES;
 pub use obj_write::write_obj;
 pub use ply_write::write_ply;

@@ -16,6 +16,23 @@ pub(super) struct Shape {
     pub components: usize,
 }
 
+impl Shape {
+    /// The shape that an object tells as an accessor does. Matrices whose columns would have to be padded are of binary32 numbers.
+    ///
+    /// # Errors
+    /// Where it tells none.
+    pub(super) fn told(at: &At<'_>) -> Result<Self> {
+        let stored = component_type(at)?;
+        let (rows, columns) = rows_and_columns(at)?;
+        let normalised = at.key("normalized").is_some_and(|at| at.value == true) && !stored.is_float();
+        let components = rows * columns;
+        if columns > 1 && !(rows * size(stored)).is_multiple_of(4) {
+            return Ok(Self { stored: Stored::F32, normalised: false, components });
+        }
+        Ok(Self { stored, normalised, components })
+    }
+}
+
 /// What an accessor's JSON says.
 pub(super) struct Accessor<'d> {
     document: &'d Document<'d>,
@@ -46,9 +63,7 @@ impl<'d> Accessor<'d> {
     pub(super) fn new(document: &'d Document<'d>, number: &At<'_>) -> Result<Self> {
         let at = document.named("accessors", number)?;
         let stored = component_type(&at)?;
-        let kind = at.needed("type")?;
-        let known = TYPES.iter().find(|(name, ..)| kind.value.as_str() == Some(*name));
-        let &(_, rows, columns) = known.ok_or_else(|| kind.fault(format!("{} is no type", kind.value)))?;
+        let (rows, columns) = rows_and_columns(&at)?;
         let size = size(stored);
         // Columns of matrices begin at multiples of four bytes.
         let column = if columns == 1 { rows * size } else { (rows * size).next_multiple_of(4) };
@@ -204,6 +219,14 @@ fn component_type(at: &At<'_>) -> Result<Stored> {
     let number = code.number()?;
     let known = COMPONENT_TYPES.iter().find(|(other, _)| *other == number);
     known.map(|(_, stored)| *stored).ok_or_else(|| code.fault(format!("{number} is no component type")))
+}
+
+fn rows_and_columns(at: &At<'_>) -> Result<(usize, usize)> {
+    let kind = at.needed("type")?;
+    let known = TYPES.iter().find(|(name, ..)| kind.value.as_str() == Some(*name));
+    known
+        .map(|&(_, rows, columns)| (rows, columns))
+        .ok_or_else(|| kind.fault(format!("{} is no type", kind.value)))
 }
 
 /// Bytes of a number.

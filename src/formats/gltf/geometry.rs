@@ -68,6 +68,11 @@ pub(super) struct Geometry {
 }
 
 impl Geometry {
+    /// A triangle without extent, at a vertex that has none of the values.
+    pub(super) fn point(columns: usize) -> Self {
+        Self { vertices: vec![0], values: vec![vec![NO_VALUE]; columns], indices: vec![0; 3] }
+    }
+
     /// The triangles of some numbers, with the values that columns have there.
     pub(super) fn new(mesh: &IndexedMesh, triangles: &[u32], columns: &[&Column<'_>]) -> Self {
         let mut geometry = Self { values: vec![Vec::new(); columns.len()], ..Self::default() };

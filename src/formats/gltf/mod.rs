@@ -15,6 +15,7 @@ mod accessor;
 mod canonical;
 mod carried;
 mod column;
+mod composed;
 mod document;
 mod draco;
 mod exponent;
@@ -32,9 +33,11 @@ mod previews;
 mod primitive;
 mod references;
 mod scene;
+mod shaped;
 mod texels;
 mod transform;
 mod uri;
+mod weights;
 mod write;
 
 use self::document::Document;
@@ -45,7 +48,7 @@ use super::{Coordinates, Format, ReadOptions, Source, text};
 use crate::error::{Error, Result};
 use crate::mesh::IndexedMesh;
 
-pub use write::write_glb;
+pub use write::{placed, write_glb, write_progressive, write_scene};
 
 /// Whether the content is glTF: binary by its first bytes; text by its first object, which tells of an asset and its version.
 pub(super) fn is_gltf(bytes: &[u8]) -> bool {

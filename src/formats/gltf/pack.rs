@@ -17,6 +17,14 @@ pub(super) struct Pack {
 }
 
 impl Pack {
+    /// Puts bytes into the buffer, and says where they begin: at a multiple of four.
+    pub(super) fn put(&mut self, bytes: &[u8]) -> usize {
+        self.align();
+        let begin = self.bytes.len();
+        self.bytes.extend_from_slice(bytes);
+        begin
+    }
+
     /// The number of a new accessor of elements one behind the other, all of `values`, for vertices. Elements begin at multiples of four
     /// bytes; one that is to be `bounded` tells its least and largest numbers.
     pub(super) fn vertices(&mut self, shape: Shape, values: &Values, bounded: bool) -> usize {
@@ -37,6 +45,14 @@ impl Pack {
         let accessor = json!({ "bufferView": self.views.len() - 1 });
         let bounds = bounded.then(|| bounds(shape, values));
         self.accessor(accessor, shape, count, bounds)
+    }
+
+    /// The number of a new accessor of so many elements, all of them 0.
+    pub(super) fn zeros(&mut self, shape: Shape, count: usize, bounded: bool) -> usize {
+        let mut one = Values::new(shape.stored);
+        (0..shape.components).for_each(|_| one.push(0.0));
+        let bounds = bounded.then(|| bounds(shape, &one));
+        self.accessor(json!({}), shape, count, bounds)
     }
 
     /// The number of a new accessor of indices, in 16 bits where these are enough: the largest number of a type stands for none.

@@ -2,8 +2,10 @@
 
 use std::io::{self, Write};
 
-use super::{glb, plain};
+use super::{composed, glb, plain};
+use crate::error::Result;
 use crate::formats::write::check;
+use crate::formats::{Format, ReadOptions, Scene, read_with};
 use crate::mesh::IndexedMesh;
 
 /// Writes a binary glTF file of a mesh without a scene: a mesh and its node for each object that parts are named by, a primitive for each part.
@@ -19,6 +21,57 @@ pub fn write_glb(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
     check(mesh)?;
     let (json, binary) = plain::document(mesh)?;
     glb::write(&json, &binary, out)
+}
+
+/// Writes a binary glTF file of a scene whose mesh is given, at whatever level: what its JSON has stays as it is, and primitives name accessors
+/// again, of the types that they had (spec §14). Images are as they were where their buffers are there, that is not empty, or else the
+/// largest previews. A primitive of which nothing has come yet is a triangle without extent, so that whatever names it stays valid;
+/// texture coordinates, joints, weights and displacements of targets that are not there are 0, other attributes left out.
+///
+/// Weights of joints sum up to 1 but where the numbers `is_exact`ly are the source's own.
+///
+/// # Errors
+/// As [`write_glb`]; [`io::ErrorKind::InvalidInput`] at the JSON pointer where the scene is at fault.
+pub fn write_scene(
+    mesh: &IndexedMesh,
+    scene: &Scene,
+    is_exact: bool,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    check(mesh)?;
+    let (json, binary) = composed::document(mesh, scene, composed::Form::Whole { is_exact })?;
+    glb::write(&json, &binary, out)
+}
+
+/// Writes a binary glTF file with the extension `UNWELD_progressive_mesh` (spec §14): its accessors have the mesh, which ought to be the base of
+/// `uwm`, for viewers that do not know the extension, and `uwm` lies in its buffer.
+///
+/// # Errors
+/// As [`write_scene`].
+pub fn write_progressive(
+    mesh: &IndexedMesh,
+    scene: &Scene,
+    uwm: &[u8],
+    out: &mut impl Write,
+) -> io::Result<()> {
+    check(mesh)?;
+    let (json, binary) = composed::document(mesh, scene, composed::Form::Progressive { uwm })?;
+    glb::write(&json, &binary, out)
+}
+
+/// All that a scene shows as one mesh, where it is shown: what [`read_with`] gives of a glTF that is no scene to it.
+///
+/// # Errors
+/// [`Error::Input`](crate::Error::Input) at the JSON pointer where the scene is at fault, also where nothing of it has a triangle;
+/// [`Error::Limit`](crate::Error::Limit) beyond so many bytes of memory.
+pub fn placed(mesh: &IndexedMesh, scene: &Scene, max_memory: u64) -> Result<IndexedMesh> {
+    let (json, binary) =
+        check(mesh).and_then(|()| composed::document(mesh, scene, composed::Form::Geometry))?;
+    let mut bytes = Vec::new();
+    glb::write(&json, &binary, &mut bytes)?;
+    let options =
+        ReadOptions { format: Some(Format::Gltf), max_memory, force: true, ..ReadOptions::default() };
+    Ok(read_with(&bytes, &options)?.mesh)
 }
 
 #[cfg(test)]

@@ -483,7 +483,7 @@ fn times(report: &Report, [read, write]: [f64; 2]) -> String {
 }
 
 /// Where the bits went.
-fn parts(report: &Report) -> [(&'static str, f64); 10] {
+fn parts(report: &Report) -> [(&'static str, f64); 11] {
     [
         ("connectivity", report.connectivity_bits),
         ("geometry", report.position_bits),
@@ -494,6 +494,7 @@ fn parts(report: &Report) -> [(&'static str, f64); 10] {
         ("correction", report.correction_bits),
         ("order", report.order_bits),
         ("keyframes", report.keyframe_bits),
+        ("resources", report.resource_bits),
         ("other", report.other_bits),
     ]
 }

@@ -119,6 +119,7 @@ fn the_json_of_info_and_encode() {
         "order",
         "other",
         "residue",
+        "resources",
     ];
     assert_eq!(keys(&encoded["bits"]), bits);
     let total: f64 = bits.iter().map(|name| encoded["bits"][name].as_f64().unwrap()).sum();

@@ -154,5 +154,8 @@ fn levels(info: &Value) -> &[Value] {
 }
 
 fn keys(value: &Value) -> Vec<&str> {
-    value.as_object().unwrap().keys().map(String::as_str).collect()
+    let mut keys: Vec<&str> = value.as_object().unwrap().keys().map(String::as_str).collect();
+    // An object is the same in whatever order they are.
+    keys.sort_unstable();
+    keys
 }

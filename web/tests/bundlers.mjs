@@ -152,6 +152,6 @@ async function esbuildBuild() {
 }
 
 async function folder(path) {
-  const bytes = await readFile(join(app, "public/mesh.uwm"));
-  return serve({ "/mesh.uwm": { bytes, etag: '"1"' } }, path);
+  const file = async (name) => ({ bytes: await readFile(join(app, "public", name)), etag: '"1"' });
+  return serve({ "/mesh.uwm": await file("mesh.uwm"), "/scene.uwm": await file("scene.uwm") }, path);
 }

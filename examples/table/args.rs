@@ -26,7 +26,7 @@ pub struct Args {
     /// What to measure; all where not given, with MESHES only what is about meshes of one's own
     #[arg(long, value_name = "LIST", value_delimiter = ',')]
     sections: Vec<Section>,
-    /// Sizes of the generated meshes of the section `linear`, in million triangles
+    /// Sizes of the generated meshes of the sections `linear` and `simplifiers`, in million triangles
     #[arg(long, value_name = "LIST", value_delimiter = ',', default_values_t = [1.0, 2.0, 4.0, 8.0])]
     pub linear: Vec<f64>,
     /// Seed of the generated meshes of the section `acceptance`
@@ -70,6 +70,8 @@ pub enum Section {
     Curves,
     /// Errors of prefixes beside another simplifier's meshes, estimated
     Hqms,
+    /// Simplifiers at equal triangles: errors, times, memory, topology
+    Simplifiers,
     /// Bits of keyframes
     Keyframes,
     /// Time and memory of growing meshes
@@ -95,6 +97,7 @@ impl Section {
                 | Self::Progressive
                 | Self::Earlier
                 | Self::Hqms
+                | Self::Simplifiers
                 | Self::Linear
         )
     }

@@ -30,7 +30,7 @@ const fn figure(
 }
 
 /// What and where; decimals, the mean to be reached, the largest allowed.
-pub const FIGURES: [Figure; 32] = [
+pub const FIGURES: [Figure; 38] = [
     figure("bytes over Draco's, 12 bits", "Sizes", "bytes/Draco", 2, Some(1.12), Some(1.30)),
     figure("bytes over Draco's, profile small", "Sizes", "small/Draco", 2, Some(1.05), None),
     figure(
@@ -131,6 +131,33 @@ pub const FIGURES: [Figure; 32] = [
         row: "cad_fandisk",
         ..figure("the same, fandisk", "CAD parts", "error/meshopt", 2, Some(1.0), None)
     },
+    figure(
+        "mean error of hqms over qslim's, as many triangles",
+        "HQMS beside other simplifiers",
+        "mean/qslim",
+        2,
+        Some(0.90),
+        Some(0.95),
+    ),
+    figure("its RMS over qslim's", "HQMS beside other simplifiers", "RMS/qslim", 2, None, Some(1.0)),
+    figure(
+        "its mean error over meshopt_simplify's",
+        "HQMS beside other simplifiers",
+        "mean/meshopt",
+        2,
+        Some(0.56),
+        Some(0.62),
+    ),
+    figure("over stellar's", "HQMS beside other simplifiers", "mean/stellar", 2, None, Some(0.6)),
+    figure(
+        "bytes of memory a vertex of hqms",
+        "HQMS beside other simplifiers",
+        "B/vertex",
+        0,
+        None,
+        Some(100.0),
+    ),
+    figure("its memory over qslim's", "HQMS beside other simplifiers", "B/qslim", 2, None, Some(0.4)),
     figure("encoding time over Draco's", "Whole files", "encode/Draco", 2, None, Some(6.5)),
     figure("encoding time over Draco's, dragon", "The dragon", "encode/Draco", 2, None, Some(6.5)),
     figure("decoding time over Draco's", "Whole files", "decode/Draco", 2, None, Some(2.4)),

@@ -31,6 +31,7 @@ mod profiles;
 mod progressive;
 mod quality;
 mod reference;
+mod simplifiers;
 mod sizes;
 mod tables;
 
@@ -119,6 +120,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Prefixes => vec![prefixes::table(&args.cases(&[BUNNY], 12)?)?],
         Section::Curves => vec![curves::table(&args.cases(&CURVES, 12)?, args.curves())?],
         Section::Hqms => vec![hqms::table()?],
+        Section::Simplifiers => simplifiers::tables(args)?,
         Section::Keyframes => vec![keyframes::table(&args.cases(&MESHES, 12)?)?],
         Section::Linear => vec![linear::table(args)?],
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,

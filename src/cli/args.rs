@@ -63,20 +63,28 @@ impl Preview {
     }
 }
 
-/// How to simplify.
+/// How to simplify to a history.
 #[derive(Clone, Debug, clap::Args)]
 #[command(next_help_heading = "Simplification")]
 pub struct Simplification {
     /// How the next vertex to remove is chosen
     #[arg(long, value_enum, default_value = "stellar")]
     pub method: Method,
+    #[command(flatten)]
+    pub removal: Removal,
+}
+
+/// How vertices are removed.
+#[derive(Clone, Debug, clap::Args)]
+#[command(next_help_heading = "Simplification")]
+pub struct Removal {
     /// Weight of the distance from the surface, 0 or more; 0.75 where not given
     #[arg(long, value_name = "A", value_parser = weight)]
     pub alpha: Option<f64>,
     /// Weight of the shape of the triangles, 0 or more; 0.02 where not given
     #[arg(long, value_name = "B", value_parser = weight)]
     pub beta: Option<f64>,
-    /// Random vertices that `stellar` compares, 1 or more
+    /// Random vertices that `stellar` compares, or edges that `mca` does, 1 or more
     #[arg(long, value_name = "D", default_value_t = simplify::Options::default().choices,
           value_parser = clap::value_parser!(u32).range(1..))]
     pub choices: u32,
@@ -92,12 +100,17 @@ pub struct Simplification {
     pub seed: u64,
 }
 
-impl Simplification {
+impl Removal {
     /// For the library; `profile` settles what has no argument of its own.
-    pub fn options(&self, profile: encoder::Profile, base_vertices: Option<usize>) -> simplify::Options {
+    pub fn options(
+        &self,
+        method: Method,
+        profile: encoder::Profile,
+        base_vertices: Option<usize>,
+    ) -> simplify::Options {
         let profile = profile.simplify();
         simplify::Options {
-            method: match self.method {
+            method: match method {
                 Method::Stellar => simplify::Method::Stellar,
                 Method::Ffc => simplify::Method::Ffc,
             },
@@ -109,19 +122,22 @@ impl Simplification {
             ..profile
         }
     }
+}
 
+impl Simplification {
     /// Names and values, as they are given.
     pub fn settings(&self) -> Vec<(String, String)> {
         let named = |name: &str, value: String| (name.to_owned(), value);
-        let weights = [("alpha", self.alpha), ("beta", self.beta)];
+        let removal = &self.removal;
+        let weights = [("alpha", removal.alpha), ("beta", removal.beta)];
         let given = weights.into_iter().filter_map(|(name, w)| Some(named(name, w?.to_string())));
         let mut settings: Vec<_> = given.collect();
         settings.extend([
             named("method", value_name(&self.method)),
-            named("choices", self.choices.to_string()),
-            named("lock-boundary", self.lock_boundary.to_string()),
-            named("weld", self.weld.to_string()),
-            named("seed", self.seed.to_string()),
+            named("choices", removal.choices.to_string()),
+            named("lock-boundary", removal.lock_boundary.to_string()),
+            named("weld", removal.weld.to_string()),
+            named("seed", removal.seed.to_string()),
         ]);
         settings
     }

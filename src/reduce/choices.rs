@@ -18,7 +18,7 @@ pub(super) fn run(
     ticker: &mut Ticker,
 ) -> Result<Vec<Pass>> {
     let (vertices, triangles) = (working.positions.len(), working.living);
-    let mut mesh = Incremental::new(working, options.weights, options.topology);
+    let mut mesh = Incremental::new(working, options);
     let mut random = SplitMix64::new(options.seed);
     let mut living: Vec<u32> = (0..triangles as u32).collect();
     let (mut in_vain, mut contractions) = (0, 0);

@@ -1,7 +1,8 @@
 //! Contractions one by one, with the quadrics of the input added up as QSlim does it (Garland and Heckbert 1997).
 
+use super::Options;
 use super::collapse::{Pair, SINGULAR, Topology};
-use super::quadric::{Quadric, Weights};
+use super::quadric::Quadric;
 use super::star::{GONE, Star, relative};
 use super::working::{FIXED, Working};
 use glam::DVec3;
@@ -28,14 +29,11 @@ pub(super) struct Candidate {
 
 impl<'a> Incremental<'a> {
     /// Planes of triangles, and of edges of the boundary, of the mesh as it is.
-    pub(super) fn new(working: &'a mut Working, weights: Weights, topology: Topology) -> Self {
+    pub(super) fn new(working: &'a mut Working, options: &Options) -> Self {
+        let Options { topology, weights, .. } = *options;
         let origin = working.positions.first().copied().unwrap_or_default();
         let vertices = working.positions.len() as u32;
-        if topology == Topology::Free {
-            working.rings.rebuild(vertices as usize, &working.triangles);
-        } else {
-            working.fix_nonmanifold();
-        }
+        working.fix(topology == Topology::Free, options.lock_boundary);
         let mut star = Star::default();
         let mut quadrics = Vec::with_capacity(vertices as usize);
         for v in 0..vertices {

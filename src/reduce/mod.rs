@@ -4,14 +4,17 @@
 //! triangles; where these are no manifold, vertices stay, or the topology is left free.
 
 mod choices;
+mod cluster;
 mod collapse;
 mod incremental;
+mod octree;
 mod pipeline;
 mod quadric;
 mod queue;
 mod rings;
 mod selection;
 mod star;
+mod uniform;
 mod working;
 
 pub use collapse::Topology;
@@ -33,6 +36,20 @@ pub enum Method {
     Qslim,
     /// The cheapest of a few random edges (Wu and Kobbelt 2002).
     Mca,
+    /// Clusters of vertices in the cells of an octree, whatever the triangles; what comes of it may be no manifold.
+    Octree,
+    /// Clusters of vertices in the cells of a grid (Rossignac and Borrel 1993); what comes of it may be no manifold.
+    Uniform,
+}
+
+/// Where the vertex of a cell of [`Method::Uniform`] goes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Representative {
+    /// To where its planes cost least (Lindstrom 2000), or else to the centre.
+    #[default]
+    Quadric,
+    /// To the centre of its vertices, weighted with the area round them.
+    Centre,
 }
 
 /// Which vertices take no further part in a pass of [`Method::Hqms`] once an edge has been contracted.
@@ -65,6 +82,8 @@ pub struct Options {
     pub topology: Topology,
     /// How much each plane counts.
     pub weights: Weights,
+    /// Whether every vertex of the boundary stays in its place.
+    pub lock_boundary: bool,
     /// [`Method::Hqms`]: which vertices of a pass wait for the next.
     pub strategy: Strategy,
     /// [`Method::Hqms`]: contractions from which the cheapest is picked, at least 1; 512 by default.
@@ -77,6 +96,10 @@ pub struct Options {
     pub choices: u32,
     /// [`Method::Mca`]: seed of the random edges.
     pub seed: u64,
+    /// [`Method::Uniform`]: where vertices go.
+    pub representative: Representative,
+    /// [`Method::Octree`]: whether vertices stay apart round which some triangle looks away from the others.
+    pub strict_normals: bool,
 }
 
 impl Default for Options {
@@ -85,12 +108,15 @@ impl Default for Options {
             method: Method::default(),
             topology: Topology::default(),
             weights: Weights::default(),
+            lock_boundary: false,
             strategy: Strategy::default(),
             heap: 512,
             cap: 0.5,
             edition: None,
             choices: 8,
             seed: 0,
+            representative: Representative::default(),
+            strict_normals: false,
         }
     }
 }
@@ -145,6 +171,8 @@ pub fn reduce(
         Method::Hqms => pipeline::run(&mut working, faces, options, &mut ticker)?,
         Method::Qslim => queue::run(&mut working, faces, options, &mut ticker)?,
         Method::Mca => choices::run(&mut working, faces, options, &mut ticker)?,
+        Method::Octree => octree::run(&mut working, faces, options, &mut ticker)?,
+        Method::Uniform => uniform::run(&mut working, faces, options, &mut ticker)?,
     };
     Ok(Reduced { mesh: working.into_mesh(), left_out, passes })
 }

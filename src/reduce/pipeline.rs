@@ -31,9 +31,8 @@ pub(super) fn run(
     ticker: &mut Ticker,
 ) -> Result<Vec<Pass>> {
     let scheme = Scheme::of(options);
-    if matches!(scheme.rules.topology, Some(Topology::Keep | Topology::Close)) {
-        working.fix_nonmanifold();
-    }
+    let is_free = !matches!(scheme.rules.topology, Some(Topology::Keep | Topology::Close));
+    working.fix(is_free, options.lock_boundary);
     let mut passes = Vec::new();
     let mut pipeline = Pipeline {
         working,

@@ -19,7 +19,7 @@ pub(super) fn run(
 ) -> Result<Vec<Pass>> {
     let vertices = working.positions.len();
     let mut passes = Vec::new();
-    let mut mesh = Incremental::new(working, options.weights, options.topology);
+    let mut mesh = Incremental::new(working, options);
     let mut versions = vec![0u32; vertices];
     // What topology or normals refuse is not looked at again before something round it has changed. When nothing is left, all that is
     // there is tried once more, in other places than the best.

@@ -5,6 +5,7 @@ use crate::mesh::topology::{Weld, census, condition};
 
 /// Those that keep the topology.
 const METHODS: [Method; 3] = [Method::Hqms, Method::Qslim, Method::Mca];
+const ALL: [Method; 5] = [Method::Hqms, Method::Qslim, Method::Mca, Method::Octree, Method::Uniform];
 
 fn reduced(mesh: &IndexedMesh, faces: usize, options: &Options) -> Reduced {
     reduce(mesh, faces, options, &mut |_, _| true).unwrap()
@@ -57,7 +58,7 @@ fn odd_meshes() {
             for topology in [Topology::Keep, Topology::Close, Topology::Free] {
                 let published =
                     [Edition::Of2004, Edition::Of2006].map(|edition| (Method::Hqms, Some(edition)));
-                for (method, edition) in METHODS.into_iter().map(|method| (method, None)).chain(published) {
+                for (method, edition) in ALL.into_iter().map(|method| (method, None)).chain(published) {
                     let options = Options { method, topology, edition, ..Options::default() };
                     let small = reduced(mesh, faces, &options).mesh;
                     assert!(small.triangles.len() <= mesh.triangles.len());
@@ -94,7 +95,7 @@ fn a_vertex_with_very_many_triangles_takes_no_quadratic_time() {
     let mut positions: Vec<[f64; 3]> = (0..n).map(|k| [turn(k).cos(), turn(k).sin(), 0.0]).collect();
     positions.push([0.0, 0.0, 3.0]);
     let mesh = IndexedMesh::new(positions, (0..n).map(|k| [k, (k + 1) % n, n]).collect());
-    for method in METHODS {
+    for method in ALL {
         let small = reduced(&mesh, 100, &Options { method, ..Options::default() }).mesh;
         assert!(small.triangles.len() <= 100, "{method:?}");
     }
@@ -113,7 +114,7 @@ fn who_asks_for_what_cannot_be_is_told() {
     for options in refused {
         assert!(matches!(reduce(&mesh, 9, &options, &mut |_, _| true), Err(Error::Parameter(_))));
     }
-    for method in METHODS {
+    for method in ALL {
         let cancelled = reduce(&mesh, 9, &Options { method, ..default() }, &mut |_, _| false);
         assert!(matches!(cancelled, Err(Error::Cancelled)), "{method:?}");
     }
@@ -122,9 +123,91 @@ fn who_asks_for_what_cannot_be_is_told() {
 #[test]
 fn what_need_not_go_stays_as_it_is() {
     let mesh = shapes::torus(9, 7);
-    for method in METHODS {
+    for method in ALL {
         for faces in [mesh.triangles.len(), usize::MAX] {
             assert_eq!(reduced(&mesh, faces, &Options { method, ..Options::default() }).mesh, mesh);
         }
     }
+}
+
+#[test]
+fn a_locked_boundary_stays() {
+    let mesh = shapes::torus_with_hole(20, 12);
+    let boundary = |mesh: &IndexedMesh| {
+        let conditioned = condition(mesh, Weld::None);
+        let locked = conditioned.manifold.locked_with_boundary();
+        let at = |v: usize| conditioned.manifold.positions[v].map(f64::to_bits);
+        let mut places: Vec<[u64; 3]> = locked.iter_ones().map(at).collect();
+        places.sort_unstable();
+        places
+    };
+    assert_eq!(boundary(&mesh).len(), 6);
+    for method in METHODS {
+        let small = reduced(&mesh, 60, &Options { method, lock_boundary: true, ..Options::default() }).mesh;
+        assert!(small.triangles.len() <= 60);
+        assert_eq!(boundary(&small), boundary(&mesh), "{method:?}");
+    }
+}
+
+#[test]
+fn clusters_of_an_octree_hold_together() {
+    // Two sheets so near to each other that they share the cells: each stays a sheet of its own.
+    let mut mesh = shapes::grid(24, 24);
+    let n = mesh.positions.len() as u32;
+    mesh.positions.extend(mesh.positions.clone().iter().map(|p| [p[0], p[1], p[2] + 0.001]));
+    mesh.triangles.extend(mesh.triangles.clone().iter().map(|t| t.map(|v| v + n)));
+    let with = |method| reduced(&mesh, 300, &Options { method, ..Options::default() }).mesh;
+    let parts = |mesh: &IndexedMesh| census(&condition(mesh, Weld::None).manifold.table).components;
+    let [octree, uniform] = [Method::Octree, Method::Uniform].map(with);
+    assert!(octree.triangles.len() <= 300 && uniform.triangles.len() <= 300);
+    assert_eq!((parts(&octree), parts(&uniform)), (2, 1));
+}
+
+#[test]
+fn an_octree_is_fine_where_the_surface_is_bent() {
+    // A square of which one quarter is rough: nearly all triangles end up there.
+    let n = 48;
+    let mut mesh = shapes::grid(n, n);
+    let mut random = SplitMix64::new(7);
+    for (k, p) in mesh.positions.iter_mut().enumerate() {
+        let [x, y] = [k % (n as usize + 1), k / (n as usize + 1)];
+        *p = [x as f64, y as f64, if x > 24 && y > 24 { random.unit() } else { 0.0 }];
+    }
+    let rough = |mesh: &IndexedMesh| {
+        mesh.positions.iter().filter(|p| p[0] > 24.5 && p[1] > 24.5).count() as f64
+            / mesh.positions.len() as f64
+    };
+    let with = |method| reduced(&mesh, 800, &Options { method, ..Options::default() }).mesh;
+    assert!((0.2..0.3).contains(&rough(&mesh)));
+    assert!((0.15..0.35).contains(&rough(&with(Method::Uniform))));
+    assert!(rough(&with(Method::Octree)) > 0.8);
+}
+
+#[test]
+fn a_corner_is_found_by_its_planes() {
+    // Three sides of a cube: in the cell at the corner the planes meet in the corner itself, the centre is within.
+    let n = 8;
+    let side = |map: fn(f64, f64) -> [f64; 3]| {
+        let mesh = shapes::grid(n, n);
+        let at = |k: usize| map((k % 9) as f64 / 8.0, (k / 9) as f64 / 8.0);
+        ((0..mesh.positions.len()).map(at).collect::<Vec<_>>(), mesh.triangles)
+    };
+    let mut mesh = IndexedMesh::default();
+    for (positions, triangles) in
+        [side(|x, y| [x, y, 0.0]), side(|x, y| [0.0, x, y]), side(|x, y| [y, 0.0, x])]
+    {
+        let first = mesh.positions.len() as u32;
+        mesh.positions.extend(positions);
+        mesh.triangles.extend(triangles.iter().map(|t| t.map(|v| v + first)));
+    }
+    let same = Weld::Exact.representatives(&mesh, &crate::mesh::Lattice::over([0.0; 3], [1.0; 3], 12));
+    mesh.triangles.iter_mut().flatten().for_each(|v| *v = same[*v as usize]);
+    let nearest = |method, representative| {
+        let options = Options { method, representative, ..Options::default() };
+        let small = reduced(&mesh, 60, &options).mesh;
+        small.positions.iter().map(|p| p.iter().map(|x| x * x).sum::<f64>()).fold(f64::MAX, f64::min)
+    };
+    assert!(nearest(Method::Octree, Representative::Quadric) < 1e-12);
+    assert!(nearest(Method::Uniform, Representative::Quadric) < 1e-12);
+    assert!(nearest(Method::Uniform, Representative::Centre) > 1e-4);
 }

@@ -33,7 +33,7 @@ pub(super) struct Working {
 
 /// The vertex takes no part any more in this pass.
 pub(super) const DIRTY: u8 = 1;
-/// The vertex stays in its place, since the surface round it is no manifold.
+/// The vertex stays in its place, since the surface round it is no manifold or the boundary is locked.
 pub(super) const FIXED: u8 = 2;
 
 impl Working {
@@ -88,13 +88,17 @@ impl Working {
         Ok((working, LeftOut { degenerate_triangles, repeated_triangles, isolated_vertices }))
     }
 
-    /// Flags the vertices round which the triangles are no single fan.
-    pub(super) fn fix_nonmanifold(&mut self) {
+    /// Flags the vertices that stay, and leaves the rings behind: those round which the triangles are no single fan, unless the topology
+    /// is `free`, and those of the boundary, if that is `locked`.
+    pub(super) fn fix(&mut self, is_free: bool, is_locked: bool) {
         self.rings.rebuild(self.positions.len(), &self.triangles);
+        if is_free && !is_locked {
+            return;
+        }
         let mut star = Star::default();
         for v in 0..self.positions.len() as u32 {
             star.gather(v, self.rings.of(v), &self.triangles, &self.positions, self.positions[v as usize]);
-            if !star.is_manifold() {
+            if !is_free && !star.is_manifold() || is_locked && star.is_boundary() {
                 self.flags[v as usize] |= FIXED;
             }
         }
@@ -132,7 +136,7 @@ impl Working {
     }
 
     /// Removes the triangles with the same three vertices as an earlier one.
-    fn remove_repeated(&mut self) -> usize {
+    pub(super) fn remove_repeated(&mut self) -> usize {
         self.triangles.retain(|triangle| *triangle != GONE);
         self.rings.rebuild(self.positions.len(), &self.triangles);
         let mut others: Vec<([u32; 2], u32)> = Vec::new();
@@ -219,7 +223,9 @@ mod tests {
             shapes::tetrahedron().triangles.iter().map(|t| t.map(|v| if v == 0 { 0 } else { v + 3 })),
         );
         let (mut working, _) = Working::new(&mesh).unwrap();
-        working.fix_nonmanifold();
+        working.fix(true, true);
+        assert_eq!(working.flags, [0; 7]);
+        working.fix(false, false);
         assert_eq!(working.flags, [FIXED, 0, 0, 0, 0, 0, 0]);
     }
 }

@@ -31,7 +31,7 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
             }
         }
     }
-    let json = folder.run("simplify m.ply -o out.obj --faces 100000 --json").json();
+    let json = folder.run("simplify m.ply -o out.obj --faces 100000 --method stellar --json").json();
     assert_eq!(json["triangles"], json["input"]["triangles"]);
     assert!(json["max_error"].as_f64().unwrap() < 1e-12);
     let expected = [
@@ -40,6 +40,8 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
         "joined_vertices",
         "max_error",
         "max_error_percent",
+        "method",
+        "passes",
         "rms_error",
         "rms_error_percent",
         "seconds",
@@ -159,8 +161,12 @@ fn cut_vertices_are_sewn_together_again() {
 fn what_cannot_be_reached_is_told() {
     let folder = Folder::new();
     folder.mesh("m.ply", &shapes::annulus(20));
-    let run = folder.run("simplify m.ply -o out.ply --faces 5 --lock-boundary");
+    let run = folder.run("simplify m.ply -o out.ply --faces 5 --lock-boundary --method stellar");
     let line = "unweld: m.ply: 40 triangles are left, 5 wanted: no further vertex can go\n";
+    assert_eq!((run.code, run.err.as_str()), (0, line));
+    let run = folder.run("simplify m.ply -o out.ply --faces 5 --lock-boundary");
+    let line =
+        "unweld: m.ply: 40 triangles are left, 5 wanted: no further edge can go, with the boundary locked\n";
     assert_eq!((run.code, run.err.as_str()), (0, line));
     folder.write("flat.obj", "v 0 0 0\nv 1 0 0\nv 0 0 0\nf 1 2 3\n");
     let run = folder.run("simplify flat.obj -o out.ply --faces 5");
@@ -194,4 +200,90 @@ fn to_standard_output() {
     let folder = Folder::with_sphere();
     let run = folder.run("simplify sphere.ply -o - --faces 200 --quiet").succeeded();
     assert!(run.out.starts_with(b"ply\nformat binary_little_endian 1.0\n"));
+}
+
+/// Those that move vertices.
+const REDUCTIONS: [&str; 5] = ["hqms", "qslim", "mca", "octree", "uniform"];
+
+#[test]
+fn the_methods_that_move_vertices() {
+    let folder = Folder::new();
+    let mesh = shapes::bumpy_sphere(3, 2);
+    folder.mesh("m.ply", &mesh);
+    for method in REDUCTIONS {
+        let command = format!("simplify m.ply -o out.ply --faces 300 --method {method} --json");
+        let json = folder.run(&command).json();
+        let out = folder.read("out.ply");
+        assert_eq!((&json["method"], &json["triangles"]), (&method.into(), &out.triangles.len().into()));
+        assert!((200..=300).contains(&out.triangles.len()), "{method}: {}", out.triangles.len());
+        assert!(json["passes"].as_u64().unwrap() > 0);
+        assert!(!bits(&out).is_subset(&bits(&mesh)));
+        assert!(json["max_error_percent"].as_f64().unwrap() < 5.0, "{method}");
+    }
+    // The default is the first.
+    folder.run("simplify m.ply -o same.ply --faces 300 -q").succeeded();
+    folder.run("simplify m.ply -o out.ply --faces 300 --method hqms -q").succeeded();
+    assert_eq!(folder.bytes("out.ply"), folder.bytes("same.ply"));
+}
+
+#[test]
+fn options_of_other_methods_are_refused() {
+    let folder = Folder::with_sphere();
+    for options in [
+        "--method stellar --topology free",
+        "--method ffc --heap 9",
+        "--method hqms --alpha 1",
+        "--method qslim --cap 0.5",
+        "--method mca --as-published 2004",
+        "--method octree --topology keep",
+        "--method uniform --strict-normals",
+        "--method hqms --place centre",
+        "--strategy 4",
+        "--heap 0",
+        "--cap 0",
+        "--as-published 2005",
+    ] {
+        let run = folder.run(&format!("simplify sphere.ply -o x.ply --faces 100 {options}"));
+        assert_eq!(run.code, 2, "{options}: {}", run.err);
+    }
+    for options in [
+        "--strategy 3 --heap 15 --cap 30% --weights unit --topology close",
+        "--as-published 2004",
+        "--as-published 2006",
+        "--method mca --choices 3 --seed 5 --topology free",
+        "--method octree --strict-normals --weights unit",
+        "--method uniform --place centre",
+    ] {
+        let command = format!("simplify sphere.ply -o x.ply --faces 100 {options} -q");
+        folder.run(&command).succeeded();
+    }
+}
+
+#[test]
+fn handles_go_where_few_triangles_are_left() {
+    let folder = Folder::new();
+    folder.mesh("m.ply", &shapes::handle_body(6));
+    folder.mesh("torus.ply", &shapes::torus(40, 30));
+    let run = folder.run("simplify m.ply -o out.ply --faces 60");
+    assert_eq!(run.code, 0);
+    assert!(run.err.contains("6 handles may go"), "{}", run.err);
+    assert!(folder.read("out.ply").triangles.len() <= 60);
+    // Nothing of that where there is room, or where they are to be kept.
+    let few = folder.run("simplify torus.ply -o out.ply --faces 20");
+    assert_eq!((few.code, few.err.as_str()), (0, ""));
+    let run = folder.run("simplify torus.ply -o out.ply --faces 8 --topology keep");
+    assert!(run.err.contains("triangles are left, 8 wanted: no further edge can go"), "{}", run.err);
+    assert!(folder.read("out.ply").triangles.len() >= 14);
+}
+
+#[test]
+fn coordinates_that_are_no_numbers_are_refused() {
+    let folder = Folder::new();
+    let mut mesh = shapes::sphere(2);
+    mesh.positions[3][1] = f64::NAN;
+    folder.mesh("m.ply", &mesh);
+    for method in REDUCTIONS {
+        let run = folder.run(&format!("simplify m.ply -o out.ply --faces 50 --method {method}"));
+        assert_eq!(run.code, 1, "{method}: {}", run.err);
+    }
 }

@@ -100,6 +100,8 @@ pub struct Options {
     pub representative: Representative,
     /// [`Method::Octree`]: whether vertices stay apart round which some triangle looks away from the others.
     pub strict_normals: bool,
+    /// [`Method::Octree`]: whether the error counts how far old vertices are off the new triangles, too.
+    pub both_errors: bool,
 }
 
 impl Default for Options {
@@ -117,6 +119,7 @@ impl Default for Options {
             seed: 0,
             representative: Representative::default(),
             strict_normals: false,
+            both_errors: false,
         }
     }
 }

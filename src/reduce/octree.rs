@@ -217,12 +217,15 @@ impl Planes<'_> {
             form.add_boundary(b - a, edge.cross, self.options.weights);
             add(&mut sums, &edge.ends, form, a);
         }
+        let sums = match self.options.both_errors {
+            true => self.with_moved_planes(sums, &centres, &sizes, labels, size),
+            false => sums,
+        };
         let mut best: Vec<(f64, DVec3)> = Vec::with_capacity(nodes.len());
         let mut is_solved = vec![true; nodes.len()];
         for (k, sum) in sums.iter().enumerate() {
             let centre = centres[k] / f64::from(sizes[k].max(1));
-            // Farther from the centre than a cell and a quarter it is outside.
-            let optimum = sum.optimum(centre, SINGULAR).filter(|d| d.abs().max_element() <= 1.25 * size);
+            let optimum = optimum(sum, centre, size);
             is_solved[k] = optimum.is_some();
             let place = centre + optimum.unwrap_or_default();
             best.push((sum.at(place), place));
@@ -249,6 +252,49 @@ impl Planes<'_> {
             self.part_opposed(nodes, labels);
         }
         sizes
+    }
+
+    /// Adds what the old vertices are off the new triangles, which hang on the place: from three rounds (the second error, iterated).
+    ///
+    /// Of a triangle with one corner `v` in the set, which moves to `p`, the squared distance of `v` from the new plane is that of `p` from the old one times
+    /// the square of the old area over the new one.
+    fn with_moved_planes(
+        &self,
+        planes: Vec<Quadric>,
+        centres: &[DVec3],
+        sizes: &[u32],
+        labels: &[Option<u32>],
+        size: f64,
+    ) -> Vec<Quadric> {
+        let mut sums = planes.clone();
+        for _ in 0..ROUNDS {
+            let place = |(k, sum): (usize, &Quadric)| {
+                let centre = centres[k] / f64::from(sizes[k].max(1));
+                centre + optimum(sum, centre, size).unwrap_or_default()
+            };
+            let places: Vec<DVec3> = sums.iter().enumerate().map(place).collect();
+            sums.clone_from(&planes);
+            for triangle in &self.working.triangles {
+                let at = triangle.map(|v| self.at(v));
+                let set = triangle.map(|v| labels[v as usize]);
+                for k in 0..3 {
+                    let Some(label) = set[k] else { continue };
+                    if set[(k + 1) % 3] == set[k] || set[(k + 2) % 3] == set[k] {
+                        continue;
+                    }
+                    let [a, b] = [at[(k + 1) % 3], at[(k + 2) % 3]];
+                    let normal = |p: DVec3| (a - p).cross(b - p);
+                    let (old, new) = (normal(at[k]), normal(places[label as usize]));
+                    let ratio = (old.length_squared() / new.length_squared()).min(MOST_RATIO);
+                    if ratio.is_finite() {
+                        let mut form = Form::default();
+                        form.add_triangle(old, self.options.weights);
+                        sums[label as usize] += Quadric::through(form.scaled(ratio), at[k]);
+                    }
+                }
+            }
+        }
+        sums
     }
 
     /// Sets round which some triangle looks away from the others are to be parted, whatever their error.
@@ -282,6 +328,15 @@ impl Planes<'_> {
     }
 }
 
+/// Where a sum is least, relative to a set's centre, unless that is outside: farther than a cell and a quarter.
+fn optimum(sum: &Quadric, centre: DVec3, size: f64) -> Option<DVec3> {
+    sum.optimum(centre, SINGULAR).filter(|d| d.abs().max_element() <= 1.25 * size)
+}
+
+/// Rounds of the second error: some sets go round in circles.
+const ROUNDS: usize = 3;
+/// A triangle that shrinks to nothing counts so many times its plane, at most.
+const MOST_RATIO: f64 = 100.0;
 /// How often cells are halved, at most.
 const DEPTH: u32 = 21;
 /// As of contractions, but stricter: sets are larger than stars.

@@ -60,6 +60,14 @@ impl Form {
         }
     }
 
+    /// So many times as much.
+    pub(super) fn scaled(mut self, factor: f64) -> Self {
+        for x in [&mut self.xx, &mut self.xy, &mut self.xz, &mut self.yy, &mut self.yz, &mut self.zz] {
+            *x *= factor;
+        }
+        self
+    }
+
     /// The value at a place relative to the point.
     pub(super) fn at(&self, d: DVec3) -> f64 {
         self.times(d).dot(d)

@@ -45,6 +45,9 @@ pub struct Reduction {
     /// Part the vertices of a cell where some triangle looks away from the others, whatever the error (octree)
     #[arg(long)]
     strict_normals: bool,
+    /// Count how far old vertices are off the new triangles, too, not the new ones off the old planes alone (octree)
+    #[arg(long)]
+    both_errors: bool,
 }
 
 /// How a mesh is made coarser.
@@ -130,6 +133,7 @@ impl Reduction {
             ("--as-published", self.as_published.is_some()),
             ("--place", self.place.is_some()),
             ("--strict-normals", self.strict_normals),
+            ("--both-errors", self.both_errors),
         ];
         self.refuse_given(&given)
     }
@@ -165,6 +169,7 @@ impl Reduction {
             ("--lock-boundary", removal.lock_boundary && clusters),
             ("--place", self.place.is_some() && self.method != Method::Uniform),
             ("--strict-normals", self.strict_normals && self.method != Method::Octree),
+            ("--both-errors", self.both_errors && self.method != Method::Octree),
         ];
         self.refuse_given(&given)?;
         let default = Options::default();
@@ -197,6 +202,7 @@ impl Reduction {
                 _ => Representative::Quadric,
             },
             strict_normals: self.strict_normals,
+            both_errors: self.both_errors,
         })
     }
 }
@@ -265,8 +271,12 @@ fn within(
         // The vertices alone refuse most of what does not fit.
         let near = |samples| distance(input, &result.mesh, samples).is_some_and(|d| d.max <= most);
         if reached > 0 && [0, SAMPLES].into_iter().all(near) {
-            high = reached.min(middle);
+            high = middle;
             best = result;
+            if reached > middle {
+                // No fewer can be had.
+                break;
+            }
         } else {
             low = middle;
         }

@@ -145,13 +145,29 @@ fn resources() -> Vec<Resource> {
     let [small, large] = previews;
     let buffer = |place, bytes| Resource { kind: ResourceKind::Buffer, place, bytes };
     vec![
-        Resource { kind: ResourceKind::Scene, place: Place::Base, bytes: document.to_string().into_bytes() },
+        Resource { kind: ResourceKind::Scene, place: Place::Base, bytes: text(&document).into_bytes() },
         buffer(Place::Base, binary),
         buffer(Place::Base, small),
         buffer(Place::Error(0.2), large),
         // Before the finest level is there: it lies between bytes that are wanted.
         buffer(Place::Error(0.05), original),
     ]
+}
+
+/// JSON with its keys in order, whichever map serde_json has for objects.
+fn text(value: &serde_json::Value) -> String {
+    use serde_json::Value;
+    match value {
+        Value::Object(members) => {
+            let mut keys: Vec<_> = members.keys().collect();
+            keys.sort();
+            let told =
+                keys.iter().map(|key| format!("{}:{}", Value::from(key.as_str()), text(&members[*key])));
+            format!("{{{}}}", told.collect::<Vec<_>>().join(","))
+        }
+        Value::Array(items) => format!("[{}]", items.iter().map(text).collect::<Vec<_>>().join(",")),
+        other => other.to_string(),
+    }
 }
 
 /// A PNG of one colour, its data stored as they are (RFC 1950, 1951, 2083).

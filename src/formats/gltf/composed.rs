@@ -38,7 +38,7 @@ pub(super) fn document(mesh: &IndexedMesh, scene: &Scene, form: Form<'_>) -> io:
         serde_json::from_slice(&scene.json).map_err(|e| invalid(format!("the scene's JSON: {e}")))?;
     let mut used = match form {
         Form::Geometry => {
-            taken(&mut json, "images");
+            json.as_object_mut().and_then(|root| root.shift_remove("images"));
             HashSet::new()
         }
         _ => choose_images(&mut json, scene)?,

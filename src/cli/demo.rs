@@ -75,8 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Encoded { file, report } = encoded;
     uwm_file.write(|out| out.write_all(&file))?;
     let mut uwm = Uwm::in_memory(file.clone(), &uwm_file.name)?;
-    let description =
-        Description { metadata: uwm.metadata()?, contents: uwm.contents.clone(), residue: report.residue };
+    let description = Description::new(&mut uwm, report.residue)?;
     say(&format!("Encoded it: {}\n{}\n", uwm_file.name, encode::report_text(&description, &report)))?;
 
     let mut lines = vec!["Verified it:".to_owned()];

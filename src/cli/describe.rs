@@ -1,6 +1,8 @@
 //! What there is to say about a file, for people and for programs.
 
 use super::numbers::{count, grouped, of_diagonal, percent, significant, table};
+use super::resources::Resources;
+use super::uwm::Uwm;
 use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::sync::Arc;
@@ -15,9 +17,21 @@ pub struct Description {
     pub metadata: Option<Metadata>,
     /// What level 0 has beyond the manifold.
     pub residue: ResidueCounts,
+    /// What stands beside the mesh.
+    pub resources: Resources,
 }
 
 impl Description {
+    /// That of a file whose residue is known; metadata and scene are read, as far as it is not cut off before them.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub fn new(uwm: &mut Uwm, residue: ResidueCounts) -> anyhow::Result<Self> {
+        let (metadata, scene) = (uwm.metadata()?, uwm.scene()?);
+        let resources = Resources::new(&uwm.contents, scene.as_deref());
+        Ok(Self { contents: uwm.contents.clone(), metadata, residue, resources })
+    }
+
     /// Vertices that a full decode gives.
     pub fn vertices(&self) -> u64 {
         if self.keeps_order() && self.told("input_vertices") > 0 {
@@ -93,6 +107,7 @@ impl Description {
                     "rms_error": attribute.error,
                 })).collect::<Vec<_>>(),
             },
+            "resources": self.resources.json(),
             "correction": { "bytes": self.bytes_of(self.contents.correction()) },
             "order": { "bytes": self.bytes_of(self.contents.order()) },
             "input": self.metadata.as_ref().map(|m| json!({
@@ -226,6 +241,13 @@ impl Description {
             if bytes > 0 {
                 line("", &format!("{} of them apart from base and refinements", count(bytes, "byte")));
             }
+        }
+        if let Some(scene) = self.resources.scene_text() {
+            line("scene", &scene);
+        }
+        if self.resources.bytes() > 0 {
+            let number = self.contents.resources.len();
+            line("resources", &format!("{number} of {} together", count(self.resources.bytes(), "byte")));
         }
         if self.keeps_order() {
             line(

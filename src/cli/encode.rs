@@ -234,8 +234,7 @@ pub fn encode_to(
     }
     drop(file);
     let write = start.elapsed().as_secs_f64();
-    let description =
-        Description { metadata: uwm.metadata()?, contents: uwm.contents, residue: report.residue };
+    let description = Description::new(&mut uwm, report.residue)?;
     let mut warnings = warnings(args, &description, &report);
     warnings.extend(level.iter().flat_map(|level| losses(level, &description)));
     warnings.extend(remarks);

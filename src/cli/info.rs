@@ -56,6 +56,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         text += &format!("  {:<11}{}\n", "settings", settings.join(", "));
     }
     text += &format!("\n{}", description.table());
+    let resources = description.resources.table();
+    if !resources.is_empty() {
+        text += &format!("\n{resources}");
+    }
     let operations = uwm.contents.operations(0..uwm.contents.atoms.len());
     text += &format!("\n  {} operations between base and level 0\n", grouped(operations));
     say(&text)?;
@@ -83,16 +87,15 @@ fn told_of_cut(uwm: &Uwm) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// Reads the metadata, and the residue if there is one, which takes the mesh of level 0; neither where the file is cut off before it.
+/// Reads the metadata, the scene, and the residue if there is one, which takes the mesh of level 0; none of them where the file is cut off before it.
 ///
 /// # Errors
 /// Those of reading the file.
 pub fn describe(uwm: &mut Uwm, progress: &mut Progress) -> anyhow::Result<Description> {
-    let metadata = uwm.metadata()?;
     let mut residue = ResidueCounts::default();
     let residue_atoms = uwm.contents.residue();
     if !residue_atoms.is_empty() && uwm.cut().is_none() {
-        let mut plan = plan_from_keyframe(&uwm.contents, 0);
+        let mut plan = plan_from_keyframe(&uwm.contents, 0).without(&uwm.contents, |_| true);
         // What follows the residue can be told without being decoded.
         for part in plan.parts.iter_mut().filter(|part| part.atoms.contains(&residue_atoms.start)) {
             *part = uwm.part(part.atoms.start..residue_atoms.end);
@@ -100,7 +103,7 @@ pub fn describe(uwm: &mut Uwm, progress: &mut Progress) -> anyhow::Result<Descri
         let decoder = uwm.decode(Some(&plan), Until::default(), progress, &mut |_, _| Ok(()))?;
         residue = decoder.residue().map(Residue::counts).unwrap_or_default();
     }
-    Ok(Description { contents: uwm.contents.clone(), metadata, residue })
+    Description::new(uwm, residue)
 }
 
 const EXAMPLES: &str = "\

@@ -25,6 +25,7 @@ mod progress;
 mod quality;
 mod replace;
 mod scene;
+mod resources;
 mod serve;
 mod shown;
 mod signals;

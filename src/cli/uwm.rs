@@ -177,6 +177,23 @@ impl Uwm {
         Ok(decoder.metadata().cloned())
     }
 
+    /// The scene's JSON, if the file has one and is not cut off before it.
+    ///
+    /// # Errors
+    /// As [`Uwm::decode`].
+    pub fn scene(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
+        let Some(number) = self.contents.scene() else { return Ok(None) };
+        let part = self.part(self.contents.resources[number].atoms.clone());
+        if part.bytes.end > self.length {
+            return Ok(None);
+        }
+        let mut plan = plan_from_keyframe(&self.contents, self.contents.base_level());
+        plan.parts = vec![part];
+        let mut decoder =
+            self.decode(Some(&plan), Until::default(), &mut Progress::new(true), &mut |_, _| Ok(()))?;
+        Ok(decoder.take_resource(number))
+    }
+
     /// Decodes a level; level 0 with all that belongs to it.
     ///
     /// # Errors
@@ -194,7 +211,16 @@ impl Uwm {
     pub fn way_to(&self, level: u32) -> anyhow::Result<Option<Plan>> {
         match self.cut() {
             Some(there) if level == 0 => Ok(Some(self.prefix(there)?)),
-            _ => Ok((level > 0).then(|| plan(&self.contents, Want::Level(level)))),
+            _ if level == 0 => Ok(None),
+            _ => {
+                // The mesh needs no resource: one that is cut off may be missing.
+                let plan = plan(&self.contents, Want::Level(level));
+                let is_cut = |number: usize| {
+                    let entry = &self.contents.resources[number];
+                    self.contents.bytes(entry.atoms.clone()).end > self.length
+                };
+                Ok(Some(plan.without(&self.contents, is_cut)))
+            }
         }
     }
 

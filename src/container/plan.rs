@@ -123,12 +123,14 @@ pub(crate) fn kept(
 ) -> Vec<Range<usize>> {
     let mut start = atoms.start;
     let mut kept = Vec::new();
-    for (_, entry) in contents.resources.iter().enumerate().filter(|&(number, _)| skipped(number)) {
-        let gap = entry.atoms.start.max(start)..entry.atoms.end.min(atoms.end);
-        if !gap.is_empty() {
-            kept.push(start..gap.start);
-            start = gap.end;
-        }
+    let [first, end] = [
+        contents.resources.partition_point(|entry| entry.atoms.end <= atoms.start),
+        contents.resources.partition_point(|entry| entry.atoms.start < atoms.end),
+    ];
+    for number in (first..end).filter(|&number| skipped(number)) {
+        let entry = &contents.resources[number];
+        kept.push(start..entry.atoms.start.max(start));
+        start = entry.atoms.end.min(atoms.end);
     }
     kept.push(start..atoms.end);
     kept.retain(|atoms| !atoms.is_empty());

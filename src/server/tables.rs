@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::container::{AttributeEntry, Contents};
+use crate::container::{AttributeEntry, Contents, ResourceEntry};
 use crate::store::Version;
 
 /// What a client wants to know of a version before it asks for atoms (spec §12.3).
@@ -19,6 +19,8 @@ pub struct Table {
     bits: u32,
     atoms: usize,
     attributes: Vec<Attribute>,
+    scene: Option<usize>,
+    resources: Vec<Resource>,
     residue_bytes: u64,
     attribute_bytes: u64,
     correction_bytes: u64,
@@ -39,6 +41,16 @@ struct Attribute {
     bits: Option<u32>,
     birth: u32,
     rms_error: f64,
+}
+
+/// A resource, and where to find it.
+#[derive(Debug, Serialize)]
+struct Resource {
+    kind: &'static str,
+    level: u32,
+    offset: u64,
+    bytes: u64,
+    atoms: [usize; 2],
 }
 
 #[derive(Debug, Serialize)]
@@ -87,6 +99,8 @@ impl Table {
             bits: header.lattice.bits,
             atoms: contents.atoms.len(),
             attributes: contents.attributes.iter().map(Attribute::new).collect(),
+            scene: contents.scene(),
+            resources: contents.resources.iter().map(|entry| Resource::new(contents, entry)).collect(),
             residue_bytes: length(contents.residue()),
             attribute_bytes: length(contents.attribute_atoms(0)),
             correction_bytes: length(contents.correction()),
@@ -109,6 +123,18 @@ impl Attribute {
             bits: attribute.bits(),
             birth: attribute.birth,
             rms_error: attribute.error,
+        }
+    }
+}
+
+impl Resource {
+    fn new(contents: &Contents, entry: &ResourceEntry) -> Self {
+        Self {
+            kind: entry.kind.name(),
+            level: entry.place,
+            offset: contents.bytes(entry.atoms.clone()).start,
+            bytes: entry.bytes,
+            atoms: [entry.atoms.start, entry.atoms.end],
         }
     }
 }

@@ -87,6 +87,28 @@ fn a_small_file_by_hand() {
     assert_eq!((all.atoms, all.level), (0..3, 0));
 }
 
+/// Atoms: 0 base of level 2, 1 2 its resources, 3 to 8 level 1, 9 10 its resource, 11 to 13 level 0, 14 its resource, 15 to 17 what else it
+/// has, 18 keyframe of level 1.
+#[test]
+fn resources_belong_to_their_levels() {
+    let contents = testing::contents(&testing::resourced_file());
+    let ask = |text: &str| refine(&contents, &Query::parse(Some(text), Target::Refine.queries()).unwrap());
+    let told = |text: &str| ask(text).map(|slice| (slice.atoms, slice.level)).unwrap();
+    assert_eq!(told("to=2"), (0..3, 2));
+    assert_eq!(told("from=2&to=1"), (3..11, 1));
+    assert_eq!(told("from=1"), (11..18, 0));
+    assert_eq!(told("from=0"), (15..18, 0));
+    // Whoever has only a part of them goes on behind it; their bytes count.
+    assert_eq!([told("after=0&to=2"), told("after=9&to=1")], [(1..3, 2), (10..11, 1)]);
+    let bytes =
+        |atoms: std::ops::Range<usize>| contents.bytes(atoms.clone()).end - contents.bytes(atoms).start;
+    let most = |atoms| format!("after=8&max_bytes={}", bytes(atoms));
+    assert_eq!([told(&most(9..10)), told(&most(9..11))], [(9..10, 1), (9..11, 1)]);
+    assert_eq!(told(&format!("after=8&max_bytes={}", bytes(9..11) - 1)), (9..10, 1));
+    assert_eq!(told(&format!("from=2&triangles={}", contents.levels[1].triangles)), (3..11, 1));
+    assert_eq!([2, 1].map(|j| keyframe(&contents, j).unwrap().atoms), [0..3, 18..19]);
+}
+
 #[test]
 fn the_example_of_the_specification() {
     let bytes = [&testing::GOLDEN_HEADER[..], &testing::GOLDEN_REST].concat();
@@ -115,7 +137,7 @@ proptest! {
                 prop_assert!(from > contents.base_level() || matches!(want, Want::Level(to) if to > from));
                 continue;
             };
-            let held = contents.steps(from).end;
+            let held = contents.resource_atoms(from).end;
             prop_assert_eq!(slice.atoms.start, held);
             let sum: u64 = contents.atoms[slice.atoms.clone()].iter().map(|atom| u64::from(atom.length)).sum();
             prop_assert_eq!(slice.bytes.end - slice.bytes.start, sum);

@@ -57,6 +57,11 @@ fn chunks() {
 }
 
 #[test]
+fn resources() {
+    smoke(fuzzing::fuzz_resources, 1500, 200);
+}
+
+#[test]
 fn refinement() {
     smoke(fuzzing::fuzz_refinement, 3000, 200);
 }

@@ -182,16 +182,20 @@ impl Uwm {
     /// # Errors
     /// As [`Uwm::decode`].
     pub fn scene(&mut self) -> anyhow::Result<Option<Vec<u8>>> {
-        let Some(number) = self.contents.scene() else { return Ok(None) };
-        let part = self.part(self.contents.resources[number].atoms.clone());
-        if part.bytes.end > self.length {
-            return Ok(None);
-        }
+        let number = self.contents.scene();
+        let mut decoder = self.resources(number.into_iter())?;
+        Ok(number.and_then(|number| decoder.take_resource(number)))
+    }
+
+    /// A decoder that has these resources and nothing else, as far as the file is not cut off before them.
+    ///
+    /// # Errors
+    /// As [`Uwm::decode`].
+    pub fn resources(&mut self, numbers: impl Iterator<Item = usize>) -> anyhow::Result<Decoder> {
         let mut plan = plan_from_keyframe(&self.contents, self.contents.base_level());
-        plan.parts = vec![part];
-        let mut decoder =
-            self.decode(Some(&plan), Until::default(), &mut Progress::new(true), &mut |_, _| Ok(()))?;
-        Ok(decoder.take_resource(number))
+        let parts = numbers.map(|number| self.part(self.contents.resources[number].atoms.clone()));
+        plan.parts = parts.filter(|part| part.bytes.end <= self.length).collect();
+        self.decode(Some(&plan), Until::default(), &mut Progress::new(true), &mut |_, _| Ok(()))
     }
 
     /// Decodes a level; level 0 with all that belongs to it.

@@ -6,6 +6,7 @@ use super::numbers::{count, grouped};
 use super::original::{compare, lists_differ};
 use super::output::say;
 use super::progress::Progress;
+use super::resources;
 use super::triangles::{Fingerprint, Zeros};
 use super::uwm::Uwm;
 use anyhow::{anyhow, bail};
@@ -52,7 +53,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             if source.coordinates == Coordinates::Text && uwm.metadata()?.is_some_and(|m| m.source_float32) {
                 to_binary32(&mut source.mesh);
             }
-            compare(&mut uwm, &mesh, &source.mesh, &input::name(original), &mut lines)
+            let name = input::name(original);
+            compare(&mut uwm, &mesh, &source.mesh, &name, &mut lines)?;
+            source.scene.map_or(Ok(()), |scene| resources::compare(&mut uwm, &scene, &name, &mut lines))
         }
         None => Ok(()),
     });

@@ -14,6 +14,8 @@ mod decoder;
 mod encoder;
 #[cfg(feature = "formats")]
 mod formats;
+#[cfg(feature = "encode")]
+mod resources;
 #[cfg(feature = "formats")]
 mod scenes;
 #[cfg(feature = "encode")]
@@ -30,5 +32,7 @@ pub use decoder::{fuzz_chunks, fuzz_decode};
 pub use encoder::fuzz_round_trip;
 #[cfg(feature = "formats")]
 pub use formats::fuzz_formats;
+#[cfg(feature = "encode")]
+pub use resources::fuzz_resources;
 #[cfg(feature = "formats")]
 pub use scenes::fuzz_scenes;

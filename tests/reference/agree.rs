@@ -12,6 +12,7 @@ use super::attribute::Attribute;
 use super::container::{File, KEYFRAME};
 use super::decode::decode;
 use super::residue::Whole;
+use super::resources;
 
 type Point = [i64; 3];
 
@@ -24,6 +25,8 @@ pub struct Seen {
     pub levels: Vec<Shown>,
     pub about: Vec<About>,
     pub whole: Whole,
+    /// Those that were on the way: their bytes, of the scene its JSON.
+    pub resources: Vec<Option<Vec<u8>>>,
 }
 
 /// A level.
@@ -79,6 +82,7 @@ fn same(ours: Result<Seen, String>, theirs: unweld::Result<Seen>, start: usize) 
             let same = bits(&ours) == bits(&theirs) && ours.whole.triangles == theirs.whole.triangles;
             assert!(same, "the whole from level {start} is not the same");
             assert_eq!(ours.about, theirs.about, "from level {start}");
+            assert!(ours.resources == theirs.resources, "the resources from level {start} are not the same");
             for (t, (ours, theirs)) in ours.whole.values.iter().zip(&theirs.whole.values).enumerate() {
                 assert_eq!(ours, theirs, "values of triangle {t} from level {start}");
             }
@@ -109,7 +113,8 @@ pub fn by_reference(file: &File, start: usize) -> Result<Seen, String> {
             roots: mesh.roots.iter().map(|&(u, w)| [at(u), at(w)]).collect(),
         });
     })?;
-    Ok(Seen { levels, about: file.attributes.iter().map(About::read).collect(), whole })
+    let about = file.attributes.iter().map(About::read).collect();
+    Ok(Seen { levels, about, whole, resources: resources::read(file, start)? })
 }
 
 /// What the crate shows, from the base or from the keyframe of a level.
@@ -160,7 +165,9 @@ pub fn by_crate(bytes: &[u8], start: Option<usize>) -> unweld::Result<Seen> {
             .collect(),
     };
     let about = assembled.attributes.iter().map(About::of).collect();
-    Ok(Seen { levels, about, whole: Whole { positions: assembled.positions, triangles, values } })
+    let resources = (0..decoder.resources().len()).map(|k| decoder.resource(k).map(<[u8]>::to_vec)).collect();
+    let whole = Whole { positions: assembled.positions, triangles, values };
+    Ok(Seen { levels, about, whole, resources })
 }
 
 /// The integers at a corner of a decoder's mesh.
@@ -236,6 +243,7 @@ fn plan(contents: &Contents, start: u32) -> Plan {
     let onwards = part(&|kind, level| match kind {
         AtomKind::Precision | AtomKind::Refinement | AtomKind::Birth => level < start,
         AtomKind::Attributes if level > 0 => level < start,
+        AtomKind::Resource => level < start,
         AtomKind::Residue
         | AtomKind::Attributes
         | AtomKind::Correction

@@ -32,7 +32,17 @@ pub fn file() -> Draft {
         optional(255, b"behind the last level"),
     ];
     let (origin, maximum) = ([-8.0, 0.0, 1.0], [255, 255, 40]);
-    Draft { settings: [0; 3], origin, step: 0.5, bits: 8, maximum, attributes: vec![], levels, atoms }
+    Draft {
+        settings: [0; 3],
+        origin,
+        step: 0.5,
+        bits: 8,
+        maximum,
+        attributes: vec![],
+        resources: vec![],
+        levels,
+        atoms,
+    }
 }
 
 #[test]

@@ -2,6 +2,7 @@
 
 use super::attribute::{Attribute, read_attributes};
 use super::lifting::Scale;
+use super::resources::{self, Resource};
 use super::table;
 
 /// A value, or why the file is refused: the section and the rule.
@@ -20,6 +21,8 @@ pub const PRECISION: u8 = 1;
 pub const REFINEMENT: u8 = 2;
 /// No number of the format: births have their place in the level entry.
 pub const BIRTH: u8 = 127;
+/// Nor this: resources have theirs, too.
+pub const RESOURCE: u8 = 126;
 pub const RESIDUE: u8 = 3;
 pub const METADATA: u8 = 4;
 pub const KEYFRAME: u8 = 5;
@@ -37,6 +40,7 @@ pub struct File {
     pub lifting: u8,
     pub rich_models: bool,
     pub attributes: Vec<Attribute>,
+    pub resources: Vec<Resource>,
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
     pub atoms: Vec<Atom>,
@@ -72,6 +76,7 @@ impl File {
         let models = fields.u8()?;
         demand(models <= 1, "3.2: set of models")?;
         let attributes = fields.u8()?;
+        let (has_resources, attributes) = (attributes >= 128, attributes % 128);
         demand(attributes <= 64, "3.2: number of attributes")?;
         let length = fields.u24()? as usize;
         let table = fields.take(length)?;
@@ -81,12 +86,15 @@ impl File {
         let mut table = Fields(table);
         let (origin, step, bits, maximum) = table::read_lattice(&mut table)?;
         let attributes = read_attributes(&mut table, attributes.into())?;
+        let (resources, waiting) =
+            if has_resources { resources::read_resources(&mut table)? } else { (vec![], vec![]) };
         let n = table.varint()?;
         demand((1..=4096).contains(&n), "3.3: number of levels")?;
         let told = attributes.iter().filter(|attribute| attribute.constant.is_none());
         let births: Vec<u64> = told.map(|attribute| attribute.birth).collect();
         demand(births.iter().all(|&birth| birth < n), "3.3: birth of an attribute")?;
-        let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step, &births)?;
+        resources::check_places(&resources, n)?;
+        let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step, &births, &waiting)?;
         table::read_payloads(&mut table, n - 1, &mut atoms)?;
         let valued = atoms.iter().any(|atom| (atom.kind, atom.level) == (ATTRIBUTES, 0));
         demand(!valued || !attributes.is_empty(), "3.3: values without attributes")?;
@@ -98,7 +106,7 @@ impl File {
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
         let rich_models = models == 1;
-        Ok(Self { origin, step, bits, maximum, lifting, rich_models, attributes, levels, atoms })
+        Ok(Self { origin, step, bits, maximum, lifting, rich_models, attributes, resources, levels, atoms })
     }
 
     /// Of a level.

@@ -1,8 +1,9 @@
 //! A file in parts, to be changed and sealed again with checksums that fit.
 
 use super::container::{
-    ATTRIBUTES, Atom, BASE, BIRTH, File, KEYFRAME, PRECISION, REFINEMENT, checksum, crc32c,
+    ATTRIBUTES, Atom, BASE, BIRTH, File, KEYFRAME, PRECISION, REFINEMENT, RESOURCE, checksum, crc32c,
 };
+use super::resources::Resource;
 
 /// A file without the fields that follow from the others.
 #[derive(Clone)]
@@ -15,6 +16,7 @@ pub struct Draft {
     pub maximum: [u64; 3],
     /// The entries of attributes, as bytes.
     pub attributes: Vec<u8>,
+    pub resources: Vec<Resource>,
     /// The levels by number.
     pub levels: Vec<Shape>,
     pub atoms: Vec<Atom>,
@@ -50,6 +52,7 @@ impl Draft {
             bits: file.bits as u8,
             maximum: file.maximum,
             attributes: file.attributes.into_iter().flat_map(|attribute| attribute.bytes).collect(),
+            resources: file.resources,
             levels: file.levels.iter().map(shape).collect(),
             atoms: file.atoms,
         }
@@ -71,6 +74,15 @@ impl Draft {
             varint(&mut table, (1u64 << self.bits).wrapping_sub(1 + maximum));
         }
         table.extend(&self.attributes);
+        if self.settings[2] >= 128 {
+            varint(&mut table, self.resources.len() as u64);
+        }
+        for (k, resource) in (0..).zip(&self.resources) {
+            table.push(resource.kind);
+            varint(&mut table, resource.place);
+            let run = self.atoms.iter().filter(|atom| atom.kind == RESOURCE && atom.items == k);
+            entries(&mut table, &run.collect::<Vec<_>>(), 0);
+        }
         varint(&mut table, self.levels.len() as u64);
         for (j, level) in self.levels.iter().enumerate().rev() {
             match self.levels.get(j + 1) {
@@ -117,7 +129,7 @@ impl Draft {
         }
         let has_place = |atom: &&Atom| match atom.kind {
             ATTRIBUTES => atom.level > 0,
-            kind => kind <= REFINEMENT || kind == BIRTH,
+            kind => kind <= REFINEMENT || kind == BIRTH || kind == RESOURCE,
         };
         let mut behind = self.atoms.iter().filter(|atom| !has_place(atom)).peekable();
         while let Some(atom) = behind.next() {

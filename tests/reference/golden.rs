@@ -3,7 +3,8 @@
 use std::path::PathBuf;
 
 use unweld::codec::grid::Real;
-use unweld::encoder::{AttributeBirth, Encoder, Keyframes, Options, Preview};
+use unweld::container::ResourceKind;
+use unweld::encoder::{AttributeBirth, Encoder, Keyframes, Options, Place, Preview, Resource};
 use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
@@ -15,6 +16,7 @@ use super::container::{BIRTH, CORRECTION, File, KEYFRAME, METADATA, ORDER, REFIN
 use super::draft::Draft;
 use super::on_shapes::same_triangles;
 use super::residue::Whole;
+use super::resources::Resource as Beside;
 
 pub fn load(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).expect("the golden files are part of the repository")
@@ -115,8 +117,35 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
         ),
         ("constants.uwm", washed(), small(10, 6, 9)),
         ("born_values.uwm", dressed(), Options { keyframes: Keyframes::Every(3), ..small(10, 8, 9) }),
+        (
+            "scene.uwm",
+            snapped(shapes::sphere(1)),
+            Options { keyframes: Keyframes::Every(4), ..small(10, 6, 10) },
+        ),
     ]
 }
+
+/// What stands beside the mesh in one of them: a scene, samples, a small picture and a large one, as far as anybody can see.
+fn resources(name: &str) -> Vec<Resource> {
+    if name != "scene.uwm" {
+        return vec![];
+    }
+    let buffer = |place, bytes: std::ops::Range<u16>| Resource {
+        kind: ResourceKind::Buffer,
+        place,
+        bytes: bytes.flat_map(u16::to_le_bytes).collect(),
+    };
+    vec![
+        Resource { kind: ResourceKind::Scene, place: Place::Base, bytes: SCENE.to_vec() },
+        buffer(Place::Base, 0..10),
+        buffer(Place::Error(0.25), 100..130),
+        buffer(Place::Finest, 1000..1300),
+    ]
+}
+
+/// Its scene.
+const SCENE: &[u8] = br#"{"asset":{"version":"2.0"},"scenes":[{"nodes":[0,1,2]}],"nodes":[{"mesh":0},{"mesh":0,"translation":[2,0,0]},
+{"mesh":0,"translation":[4,0,0]}],"meshes":[{"primitives":[{"attributes":{}}]}],"buffers":[{"byteLength":20},{"byteLength":60},{"byteLength":600}]}"#;
 
 /// Charts are kept down to the base, and parts come last.
 fn kept() -> Vec<(String, AttributeBirth)> {
@@ -245,7 +274,7 @@ fn essence(bytes: &[u8]) -> Draft {
 fn the_encoder_still_writes_these_bytes() {
     let bless = std::env::var_os("UNWELD_BLESS").is_some_and(|value| value == "1");
     for (name, mesh, options) in vectors() {
-        let written = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+        let written = Encoder::new(options).resources(resources(name)).encode_to_vec(&mesh).unwrap();
         if bless {
             std::fs::write(path(name), &written).unwrap();
         }
@@ -266,6 +295,8 @@ fn both_decoders_read_them() {
             true => same_triangles(&mesh, &seen.whole, &file),
             false => same_bits(&mesh, &seen.whole, !file.payload(ORDER, 0).is_empty()),
         }
+        let beside = resources(name).into_iter().map(|resource| Some(resource.bytes));
+        assert!(seen.resources == beside.collect::<Vec<_>>(), "{name}: other resources");
     }
 }
 
@@ -330,6 +361,12 @@ fn they_are_what_the_read_me_says() {
     assert!(washed.attributes.len() == 6 && washed.attributes.iter().all(constant));
     assert!(!washed.payload(RESIDUE, 0).is_empty() && washed.atoms.iter().all(|atom| atom.kind != 8));
     assert_eq!(figures("born_values.uwm"), (11, 4, true, 8, 0));
+    let scene = File::read(&load("scene.uwm")).unwrap();
+    assert_eq!(figures("scene.uwm"), (12, 3, false, 6, 0));
+    let [places, kinds] = [|r: &Beside| r.place, |r: &Beside| r.kind.into()]
+        .map(|of: fn(&Beside) -> u64| scene.resources.iter().map(of).collect::<Vec<_>>());
+    assert!(places[..2] == [11; 2] && (1..11).contains(&places[2]) && places[3] == 0, "{places:?}");
+    assert_eq!(kinds, [0, 1, 1, 1]);
     let births = |name| {
         let file = File::read(&load(name)).unwrap();
         file.attributes.iter().map(|a| a.birth).collect::<Vec<_>>()

@@ -30,6 +30,7 @@ fn a_draft_is_the_file_it_was_made_from() {
         "births.uwm",
         "values.uwm",
         "exact_values.uwm",
+        "scene.uwm",
         "hand.uwm",
     ] {
         let bytes = load(name);
@@ -54,9 +55,16 @@ fn single_bits_of_a_small_file() {
 
 #[test]
 fn a_byte_of_a_larger_file() {
-    for name in
-        ["torus.uwm", "sphere.uwm", "exact.uwm", "order.uwm", "births.uwm", "values.uwm", "exact_values.uwm"]
-    {
+    for name in [
+        "torus.uwm",
+        "sphere.uwm",
+        "exact.uwm",
+        "order.uwm",
+        "births.uwm",
+        "values.uwm",
+        "exact_values.uwm",
+        "scene.uwm",
+    ] {
         let (read, all) = judge(Draft::of(&load(name)).changed(0x55).step_by(3));
         assert!(read > 0 && read < all, "{name}: {read} of {all} are read");
     }

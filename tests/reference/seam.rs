@@ -89,6 +89,7 @@ fn the_square_with_a_seam() {
         bits: 8,
         maximum: [255, 255, 9],
         attributes: ENTRY.to_vec(),
+        resources: vec![],
         levels: vec![shape(5, 4), shape(4, 2)],
         atoms: vec![atom(BASE, 1, 0, 0, &base), atom(REFINEMENT, 0, 1, 2, &refinement)],
     };

@@ -31,13 +31,14 @@ pub fn read_lattice(table: &mut Fields) -> Result<([f64; 3], f64, u32, [u64; 3])
 }
 
 /// The level entries, and the atoms in them, whose bytes are still missing.
-/// `births` are the levels at which attributes are born.
+/// `births` are the levels at which attributes are born, `resources` the atoms that stand behind what a level has.
 pub fn read_levels(
     table: &mut Fields,
     n: usize,
     bits: u32,
     step: f64,
     births: &[u64],
+    resources: &[Atom],
 ) -> Result<(Vec<Level>, Vec<Atom>)> {
     let base = n as u64 - 1;
     let (mut vertices, mut triangles, shift) = (table.varint()?, table.varint()?, table.varint()?);
@@ -50,7 +51,9 @@ pub fn read_levels(
     demand(shift <= u64::from(bits), "3.3: precision shift")?;
     let mut shift = shift as u32;
     let mut codes = [table.u16()? as i64, table.u16()? as i64];
+    let behind = |j: u64| resources.iter().filter(move |atom| atom.level == j).cloned();
     let (mut levels, mut atoms) = (vec![], read_run(table, BASE, base, None)?);
+    atoms.extend(behind(base));
     levels.push(level(vertices, triangles, shift, codes, step)?);
     for j in (0..base).rev() {
         let mut shape = table.varint()?;
@@ -96,6 +99,7 @@ pub fn read_levels(
         if j > 0 && births.contains(&j) {
             atoms.extend(read_run(table, ATTRIBUTES, j, None)?);
         }
+        atoms.extend(behind(j));
         (vertices, triangles) = (vertices + added + born.0, triangles + 2 * added - single + born.1);
         demand(vertices <= 1 << 30 && triangles <= 1 << 30, "3.6: counts")?;
         shift -= finer as u32;
@@ -121,7 +125,7 @@ fn level(vertices: u64, triangles: u64, shift: u32, codes: [i64; 2], step: f64) 
 }
 
 /// The atoms of a payload, or of a pass of so many items, so many of which add one triangle.
-fn read_run(table: &mut Fields, kind: u8, level: u64, mut rest: Option<(u64, u64)>) -> Result<Vec<Atom>> {
+pub fn read_run(table: &mut Fields, kind: u8, level: u64, mut rest: Option<(u64, u64)>) -> Result<Vec<Atom>> {
     let mut atoms = Vec::new();
     loop {
         let word = table.varint()?;

@@ -79,6 +79,8 @@ struct Wanted {
     keyframe: bool,
     /// As a mesh: keyframes that nothing starts from are of no use.
     mesh: bool,
+    /// As a mesh of a format that has room for nothing else: nor are resources.
+    alone: bool,
 }
 
 /// What came.
@@ -106,8 +108,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .into());
     }
     let output = Output::new(&args.output, args.token_file.as_deref())?;
-    let wanted =
-        Wanted { quality: args.quality, keyframe: args.via == decode::Via::Keyframe, mesh: format.is_some() };
+    let wanted = Wanted {
+        quality: args.quality,
+        keyframe: args.via == decode::Via::Keyframe,
+        mesh: format.is_some(),
+        alone: format.is_some_and(|format| format != MeshFormat::Glb),
+    };
     let mut sink = match (format, output.target()) {
         (None, None) => Sink::Stream(output.open()?),
         _ => Sink::Part(Part::open(&output)?),
@@ -246,7 +252,7 @@ impl Sink {
 impl Wanted {
     fn plan(&self, contents: &Contents) -> unweld::Result<Plan> {
         let want = self.quality.want(contents, || diagonal(contents, None))?;
-        Ok(match want {
+        let plan = match want {
             _ if self.keyframe => plan_from_keyframe(contents, Until::of(want, contents).level),
             Want::Bytes(_) | Want::Triangles(_) => plan(contents, want),
             _ => match Until::of(want, contents).level {
@@ -254,7 +260,10 @@ impl Wanted {
                 0 if !self.mesh => whole_file(contents),
                 level => plan(contents, Want::Level(level)),
             },
-        })
+        };
+        // What is shorter is there sooner than an answer to a further request.
+        let is_long = |number: usize| contents.resources[number].bytes >= LONG_RESOURCE;
+        Ok(if self.alone { plan.without(contents, is_long) } else { plan })
     }
 }
 
@@ -470,6 +479,8 @@ fn token(path: &Path) -> anyhow::Result<HeaderValue> {
 const MAX_RESTARTS: u32 = 3;
 /// Bytes read at a time of what is there already.
 const READ_BYTES: u64 = 64 << 10;
+/// Bytes of a resource from which on it is left out where it is of no use.
+const LONG_RESOURCE: u64 = 64 << 10;
 
 const EXAMPLES: &str = "\
 EXAMPLES

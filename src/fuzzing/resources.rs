@@ -131,7 +131,10 @@ fn skipped(file: &[u8], contents: &Contents, whole: &Story, choices: &mut Choice
         assert!(rest.is_empty());
         return;
     }
-    for range in rest.into_iter().take_while(|_| fault.is_none()) {
+    for range in rest {
+        if fault.is_some() {
+            break;
+        }
         assert!(range.start >= first as u64 && !range.is_empty());
         decoder.push(&file[range.start as usize..range.end as usize]);
         fault = poll(&mut decoder, &mut events);

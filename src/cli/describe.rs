@@ -242,9 +242,6 @@ impl Description {
                 line("", &format!("{} of them apart from base and refinements", count(bytes, "byte")));
             }
         }
-        if let Some(scene) = self.resources.scene_text() {
-            line("scene", &scene);
-        }
         if self.resources.bytes() > 0 {
             let number = self.contents.resources.len();
             line("resources", &format!("{number} of {} together", count(self.resources.bytes(), "byte")));

@@ -50,6 +50,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         text += &format!(", by {} from {}", metadata.generator, metadata.source);
     }
     text += &format!("\n{}", description.summary());
+    if let Some(scene) = description.resources.scene_text() {
+        text += &format!("  {:<11}{scene}\n", "scene");
+    }
     if let Some(metadata) = description.metadata.as_ref().filter(|m| !m.settings.is_empty()) {
         let settings: Vec<_> =
             metadata.settings.iter().map(|(name, value)| format!("{name} {value}")).collect();

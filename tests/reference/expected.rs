@@ -3,11 +3,12 @@
 use std::collections::BTreeMap;
 
 use super::attribute::Attribute;
+use super::beside::{Beside, beside, counted, known, position, shares};
 use super::column::Place;
 use super::container::{Result, demand};
 use super::entropy::{Code, Model};
-use super::mix;
-use super::numbers::{cross, direction, dot, integers, minus, radius, raw32, raw64};
+use super::numbers::{cross, dot, integers, minus, radius, raw32, raw64, unfold};
+use super::residual::{Neighbours, Recalled, Residual, bits};
 
 const NORMALS: u8 = 0;
 const COORDINATES: u8 = 2;
@@ -15,7 +16,11 @@ const COORDINATES: u8 = 2;
 /// The models of an attribute's values, and what they remember.
 pub struct Values {
     residuals: Vec<Residual>,
-    costs: Vec<[i64; 5]>,
+    recalled: Option<Recalled>,
+    neighbours: Option<Neighbours>,
+    costs: [i64; 5],
+    /// How many values have had several ways.
+    turn: u64,
     constant: bool,
     again: Model,
     /// Whether they have told of a value, or that there is none.
@@ -28,8 +33,7 @@ pub struct Values {
 
 /// What is expected of a value.
 struct Expected {
-    ways: [Vec<i32>; 5],
-    count: usize,
+    ways: Vec<Vec<i32>>,
     sources: usize,
     spread: Vec<u32>,
 }
@@ -37,9 +41,13 @@ struct Expected {
 impl Values {
     pub fn fresh(about: &Attribute) -> Self {
         let n = integers(about);
+        let is_at_corners = about.marks % 2 == 0;
         Self {
             residuals: (0..n).map(|_| Residual::fresh()).collect(),
-            costs: vec![[0; 5]; n],
+            recalled: (is_at_corners && about.semantic == 3).then(Recalled::fresh),
+            neighbours: (is_at_corners && about.quantisation == 0).then(Neighbours::fresh),
+            costs: [0; 5],
+            turn: 0,
             constant: true,
             again: Model::FRESH,
             any: false,
@@ -70,76 +78,102 @@ impl Values {
                 return Ok((self.last.clone(), vec![0; n]));
             }
         }
-        let guess = self.expect(at, p, about);
-        let is_octahedral = about.quantisation == 2;
-        let way = |k: usize| self.best(if is_octahedral { 0 } else { k }, guess.count);
-        let mut expected: Vec<i32> = (0..n).map(|k| guess.ways[way(k)][k]).collect();
-        let frame = is_octahedral.then(|| Frame::of([expected[0], expected[1]], radius(about)));
+        let beside = beside(at);
+        let near: Vec<&Vec<u32>> = beside.iter().filter_map(|b| self.lengths.get(&b.wedge?)).collect();
+        let round: Vec<usize> = (0..n)
+            .map(|k| {
+                let sum: usize = near.iter().map(|lengths| lengths[k] as usize).sum();
+                (2 * sum + near.len() / 2).checked_div(near.len()).unwrap_or(39).min(39)
+            })
+            .collect();
+        let known = |b: &Beside| at.values.get(&b.wedge?)?.as_ref();
+        if let Some(neighbours) = &mut self.neighbours
+            && let Some(value) = neighbours.read(code, beside.iter().filter_map(known), round[0])?
+        {
+            self.last = value.clone();
+            return Ok((value, vec![0; n]));
+        }
+        let guess = self.expect(at, &beside, p, about);
+        let several = guess.ways.len() > 1;
+        let is_judged = several && (self.turn < 32 || self.turn % 8 == 0);
+        self.turn += u64::from(several);
+        let best = (0..guess.ways.len()).min_by_key(|&w| self.costs[w]).expect("there is a way");
+        let mut expected = guess.ways[best].clone();
+        let frame = (about.quantisation == 2).then(|| Frame::of([expected[0], expected[1]], radius(about)));
         if let Some(frame) = &frame {
             [expected[0], expected[1]] = frame.enter([expected[0], expected[1]]);
         }
-        let near: Vec<&Vec<u32>> = at
-            .corners
-            .iter()
-            .flat_map(|&c| [at.mesh.next(c), at.mesh.prev(c)])
-            .filter_map(|c| self.lengths.get(at.of.get(&c)?))
-            .collect();
-        let (mut value, mut found) = (vec![], vec![]);
-        let (mut before, mut sign) = (0i32, 0);
+        let (mut value, mut found): (Vec<i32>, Vec<u32>) = (vec![], vec![]);
+        let (mut before, mut mirrored) = (0u32, false);
         for k in 0..n {
-            let sum: usize = near.iter().map(|lengths| lengths[k] as usize).sum();
-            let round = (2 * sum + near.len() / 2).checked_div(near.len()).unwrap_or(39).min(39);
+            let recalled = match &mut self.recalled {
+                Some(recalled) if k > 0 => recalled.read(code, &value, expected[k])?,
+                _ => None,
+            };
+            if let Some(number) = recalled {
+                (before, mirrored) = (number.wrapping_sub(expected[k]).unsigned_abs(), false);
+                value.push(number);
+                found.push(bits(before));
+                continue;
+            }
             let spread = bits(guess.spread[k]).min(12) as usize;
-            let last = if k == 0 { 39 } else { bits(before.unsigned_abs()) as usize };
-            let contexts = [round, 13 * guess.sources.min(2) + spread, last];
-            before = self.residuals[k].read(code, contexts, sign)?;
-            sign = [2, 0, 1][(before.signum() + 1) as usize];
-            value.push(expected[k].wrapping_add(before));
-            found.push(bits(before.unsigned_abs()));
+            let last = if k == 0 { 39 } else { bits(before) as usize };
+            let contexts = [round[k], 13 * guess.sources.min(2) + spread, last];
+            let off = self.residuals[k].read(code, contexts, mirrored)?;
+            (before, mirrored) = (off.unsigned_abs(), off < 0);
+            let number = expected[k].wrapping_add(off);
+            if let Some(recalled) = self.recalled.as_mut().filter(|_| k > 0) {
+                recalled.put(&value, number);
+            }
+            value.push(number);
+            found.push(bits(before));
         }
         if let Some(frame) = &frame {
             [value[0], value[1]] = frame.leave([value[0], value[1]])?;
         }
-        if guess.count > 1 {
-            for (k, (value, costs)) in value.iter().zip(&mut self.costs).enumerate() {
-                for (cost, way) in costs.iter_mut().zip(&guess.ways).take(guess.count) {
-                    let off = bits(value.wrapping_sub(way[k]).unsigned_abs());
-                    *cost = *cost - (*cost >> 6) + i64::from(off);
-                }
+        if is_judged {
+            for (cost, way) in self.costs.iter_mut().zip(&guess.ways) {
+                let off = |(x, y): (&i32, &i32)| i64::from(bits(x.wrapping_sub(*y).unsigned_abs()));
+                *cost = *cost - (*cost >> 6) + value.iter().zip(way).map(off).sum::<i64>();
             }
         }
         self.last = value.clone();
         Ok((value, found))
     }
 
-    fn best(&self, k: usize, count: usize) -> usize {
-        (0..count).min_by_key(|&w| self.costs[k][w]).expect("there is a way")
-    }
-
-    fn expect(&mut self, at: &Place, p: Option<&Vec<i32>>, about: &Attribute) -> Expected {
-        let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
-        let beside = at.corners.iter().flat_map(|&c| [at.mesh.next(c), at.mesh.prev(c)]);
-        let near = beside.filter_map(known).next().or(p).unwrap_or(&self.last).clone();
-        let ways = [0; 5].map(|_| near.clone());
-        let guess = Expected { ways, count: 1, sources: 0, spread: vec![0; integers(about)] };
-        match about.semantic {
-            4 | 6 => guess,
-            NORMALS if about.quantisation >= 2 => normals(at, about, guess),
-            _ => self.means(at, about, guess, &known),
+    fn expect(&mut self, at: &Place, beside: &[Beside], p: Option<&Vec<i32>>, about: &Attribute) -> Expected {
+        let known = known(at, beside);
+        let near = known.first().map(|(_, value)| *value).or(p).unwrap_or(&self.last).clone();
+        let mut guess = Expected { ways: vec![near], sources: 0, spread: vec![0; integers(about)] };
+        let to: Vec<[f64; 3]> = known.iter().map(|(b, _)| b.to).collect();
+        let shares = shares(&to);
+        let known: Vec<&Vec<i32>> = known.into_iter().map(|(_, value)| value).collect();
+        match (about.semantic, shares) {
+            (4 | 6, _) => guess,
+            (NORMALS, shares) if about.quantisation >= 2 => normals(at, about, guess, &known, shares),
+            (_, Some(shares)) => {
+                guess.sources = 2;
+                let numbers: Vec<Vec<f64>> = known.iter().map(|value| components_of(about, value)).collect();
+                for k in 0..numbers[0].len() {
+                    let sum = numbers.iter().zip(&shares).fold(0.0, |sum, (x, share)| sum + x[k] * share);
+                    round(about, &mut guess.ways[0], k, sum);
+                    let all = || numbers.iter().map(|x| x[k]);
+                    let (least, largest) =
+                        (all().fold(f64::INFINITY, f64::min), all().fold(f64::NEG_INFINITY, f64::max));
+                    guess.spread[k] = ((largest - least) / 8.0).floor() as u32;
+                }
+                guess
+            }
+            _ => self.means(at, about, guess),
         }
     }
 
-    fn means<'a>(
-        &mut self,
-        at: &Place,
-        about: &Attribute,
-        mut guess: Expected,
-        known: &dyn Fn((usize, usize)) -> Option<&'a Vec<i32>>,
-    ) -> Expected {
+    fn means(&mut self, at: &Place, about: &Attribute, mut guess: Expected) -> Expected {
+        let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
         let is_mapped = about.semantic == COORDINATES && about.components == 2;
         let components = components_of(about, &guess.ways[0]).len();
         let [mut beyond, mut mapped, mut near] = [0; 3].map(|_| Means::empty(components));
-        for &c in at.corners {
+        for &c in counted(at) {
             let (next, prev) = (at.mesh.next(c), at.mesh.prev(c));
             let ends = [next, prev].map(known);
             ends.iter().flatten().for_each(|end| near.add(&components_of(about, end)));
@@ -174,12 +208,8 @@ impl Values {
         let first = [&mapped, &beyond, &near].into_iter().find(|means| means.added > 0).unwrap_or(&near);
         guess.sources = mapped.added.max(beyond.added);
         if near.added > 0 {
-            guess.count = if is_mapped { 1 } else { 3 };
             for k in 0..components {
-                let (x, y) = (first.mean(k), near.mean(k));
-                round(about, &mut guess.ways[0], k, x);
-                round(about, &mut guess.ways[1], k, y);
-                round(about, &mut guess.ways[2], k, 0.5 * (x + y));
+                round(about, &mut guess.ways[0], k, first.mean(k));
                 guess.spread[k] = (first.largest[k] - first.least[k]).floor() as u32;
             }
         }
@@ -239,65 +269,61 @@ fn round(about: &Attribute, way: &mut [i32], k: usize, x: f64) {
     }
 }
 
-fn position(at: &Place, c: (usize, usize)) -> [f64; 3] {
-    at.mesh.points[at.mesh.tip(c)].map(|q| q as f64)
-}
-
-fn normals(at: &Place, about: &Attribute, mut guess: Expected) -> Expected {
+fn normals(
+    at: &Place,
+    about: &Attribute,
+    mut guess: Expected,
+    known: &[&Vec<i32>],
+    shares: Option<Vec<f64>>,
+) -> Expected {
+    let sum = |[x, y, z]: [f64; 3]| (x.abs() + y.abs()) + z.abs();
     let mut whole = 0.0;
-    let mut s = [[0.0; 3]; 3];
-    for &c in at.corners {
+    let mut s = [[0.0; 3]; 5];
+    for &c in counted(at) {
         let here = position(at, c);
         let x = minus(position(at, at.mesh.next(c)), here);
         let y = minus(position(at, at.mesh.prev(c)), here);
         let z = cross(x, y);
         let l = dot(z, z).sqrt();
         whole += l;
+        s[0] = [0, 1, 2].map(|k| s[0][k] + z[k]);
         if l > 0.0 {
-            let weights = [1.0, 1.0 / (dot(x, x) * dot(y, y)), angle(l, dot(x, y)) / l];
-            for (s, weight) in s.iter_mut().zip(weights) {
-                *s = [0, 1, 2].map(|k| s[k] + z[k] * weight);
+            for (way, weight) in [(1, 1.0 / (dot(x, x) * dot(y, y))), (2, angle(l, dot(x, y)) / l)] {
+                s[way] = [0, 1, 2].map(|k| s[way][k] + z[k] * weight);
             }
         }
     }
-    let lengths = s.map(|s| dot(s, s).sqrt());
-    if lengths.contains(&0.0) {
+    let length = dot(s[0], s[0]).sqrt();
+    if length == 0.0 {
         return guess;
     }
-    guess.count = 3;
-    guess.sources = at.corners.len();
-    let mut s = [s[0], s[1], s[2], [0.0; 3], [0.0; 3]];
-    let mut lengths = [lengths[0], lengths[1], lengths[2], 0.0, 0.0];
-    let known = |c| at.of.get(&c).and_then(|wedge| at.values.get(wedge)?.as_ref());
-    for &c in at.corners {
-        for value in [at.mesh.next(c), at.mesh.prev(c)].into_iter().filter_map(known) {
-            let x: Vec<f64> = match about.quantisation {
-                2 => direction(value[0].into(), value[1].into(), radius(about)).to_vec(),
-                _ => components_of(about, value),
-            };
-            s[3] = [0, 1, 2].map(|k| s[3][k] + x[k]);
-        }
+    guess.sources = counted(at).len();
+    guess.spread.fill((1024.0 * ((whole - length) / whole).max(0.0).sqrt()).floor() as u32);
+    for (b, value) in known.iter().enumerate() {
+        let x = match about.quantisation {
+            2 => unfold(value[0].into(), value[1].into(), radius(about)).to_vec(),
+            _ => components_of(about, value),
+        };
+        let share = shares.as_ref().map_or(1.0, |shares| shares[b]);
+        s[3] = [0, 1, 2].map(|k| s[3][k] + x[k] * share);
     }
-    lengths[3] = dot(s[3], s[3]).sqrt();
-    if lengths[3] > 0.0 && lengths[3].is_finite() {
-        s[4] = [0, 1, 2].map(|k| s[0][k] / lengths[0] + s[3][k] / lengths[3]);
-        lengths[4] = dot(s[4], s[4]).sqrt();
-        if lengths[4] > 0.0 {
-            guess.count = 5;
-        }
+    if sum(s[3]) > 0.0 && sum(s[3]).is_finite() {
+        s[4] = [0, 1, 2].map(|k| s[0][k] / sum(s[0]) + s[3][k] * (1.0 / sum(s[3])));
     }
-    let count = guess.count;
-    for ((way, s), length) in guess.ways.iter_mut().zip(s).zip(lengths).take(count) {
+    let count = if sum(s[4]) > 0.0 { 5 } else { 3 };
+    let near = guess.ways.remove(0);
+    for s in &s[..count] {
+        let mut way = near.clone();
         if about.quantisation == 2 {
-            way[..2].copy_from_slice(&nearest(s, radius(about)));
+            way[..2].copy_from_slice(&rounded(*s, radius(about)));
         } else {
-            for (k, x) in s.into_iter().enumerate().take(about.components) {
-                round(about, way, k, x / length);
+            let length = dot(*s, *s).sqrt();
+            for (k, x) in s.iter().enumerate().take(about.components) {
+                round(about, &mut way, k, x / length);
             }
         }
+        guess.ways.push(way);
     }
-    let spread = (1024.0 * ((whole - lengths[0]) / whole).max(0.0).sqrt()).floor() as u32;
-    guess.spread.fill(spread);
     guess
 }
 
@@ -311,32 +337,25 @@ fn angle(y: f64, x: f64) -> f64 {
     if x < 0.0 { 2.0 - arc } else { arc }
 }
 
-fn nearest([x, y, z]: [f64; 3], radius: i64) -> [i32; 2] {
+fn rounded([x, y, z]: [f64; 3], radius: i64) -> [i32; 2] {
     let r = radius as f64;
     let sum = (x.abs() + y.abs()) + z.abs();
     let scale = r / sum;
-    let (mut u, mut v) = (0.0, 0.0);
-    if scale.is_finite() && sum.is_finite() {
-        (u, v) = (x * scale, y * scale);
-        if z < 0.0 {
-            (u, v) = (u.signum() * (r - v.abs()), v.signum() * (r - u.abs()));
-        }
+    if !(scale.is_finite() && sum.is_finite()) {
+        return [0, 0];
     }
-    let mut best = ([0; 2], f64::NEG_INFINITY);
-    for k in 0..4 {
-        let q = [u.floor() as i64 + k % 2, v.floor() as i64 + k / 2].map(|q| q.clamp(-radius, radius));
-        let q = match [q[0].abs() == radius, q[1].abs() == radius] {
-            [true, true] => [radius; 2],
-            [true, false] => [q[0], q[1].abs()],
-            [false, true] => [q[0].abs(), q[1]],
-            _ => q,
-        };
-        let d = dot(direction(q[0], q[1], radius), [x, y, z]);
-        if d > best.1 {
-            best = (q.map(|q| q as i32), d);
-        }
+    let (mut u, mut v) = (x * scale, y * scale);
+    if z < 0.0 {
+        (u, v) = (u.signum() * (r - v.abs()), v.signum() * (r - u.abs()));
     }
-    best.0
+    let q = [u, v].map(|x| ((x + 0.5).floor() as i64).clamp(-radius, radius) as i32);
+    let r = radius as i32;
+    match [q[0].abs() == r, q[1].abs() == r] {
+        [true, true] => [r; 2],
+        [true, false] => [q[0], q[1].abs()],
+        [false, true] => [q[0].abs(), q[1]],
+        _ => q,
+    }
 }
 
 /// §13.5.
@@ -369,58 +388,4 @@ impl Frame {
 fn invert([u, v]: [i32; 2], r: i32) -> [i32; 2] {
     let sign = |x: i32| if x < 0 { -1 } else { 1 };
     [sign(u) * (r - v.abs()), sign(v) * (r - u.abs())]
-}
-
-fn bits(x: u32) -> u32 {
-    32 - x.leading_zeros()
-}
-
-/// The models of a residual.
-struct Residual {
-    /// Those that have been met, by context and place.
-    length: [BTreeMap<(usize, usize), Model>; 3],
-    second: [Model; 33],
-    third: [[Model; 2]; 33],
-    sign: [Model; 3],
-    weights: [[i64; 3]; 33],
-}
-
-impl Residual {
-    fn fresh() -> Self {
-        Self {
-            length: [0; 3].map(|_| BTreeMap::new()),
-            second: [Model::FRESH; 33],
-            third: [[Model::FRESH; 2]; 33],
-            sign: [Model::FRESH; 3],
-            weights: [[26000; 3]; 33],
-        }
-    }
-
-    fn read(&mut self, code: &mut Code, contexts: [usize; 3], s: usize) -> Result<i32> {
-        let mut n = 0;
-        loop {
-            let [x, y, z] = &mut self.length;
-            let models = [(x, 0), (y, 1), (z, 2)]
-                .map(|(models, k)| models.entry((contexts[k], n)).or_insert(Model::FRESH));
-            if !mix::read(code, &mut self.weights[n], models)? {
-                break;
-            }
-            n += 1;
-            demand(n <= 32, "13.5: a residual of more than 32 bits")?;
-        }
-        if n == 0 {
-            return Ok(0);
-        }
-        let mut x = 1u32;
-        for place in 1..n {
-            let bit = match place {
-                1 => code.read(&mut self.second[n])?,
-                2 => code.read(&mut self.third[n][x as usize & 1])?,
-                _ => code.even()?,
-            };
-            x = x << 1 | u32::from(bit);
-        }
-        let x = x as i32;
-        Ok(if code.read(&mut self.sign[s])? { x.wrapping_neg() } else { x })
-    }
 }

@@ -3,6 +3,7 @@
 #![cfg(feature = "encode")]
 
 mod attributes;
+mod beside;
 mod codes;
 mod column;
 mod connectivity;
@@ -26,6 +27,7 @@ mod operation;
 mod order;
 mod position;
 mod refinement;
+mod residual;
 mod residue;
 mod resources;
 mod round;

@@ -22,13 +22,18 @@ pub fn radius(about: &Attribute) -> i64 {
     (1 << (about.bits - 1)) - 1
 }
 
-/// §13.2: the direction of octahedral coordinates.
-pub fn direction(u: i64, v: i64, r: i64) -> [f64; 3] {
+/// §13.2: unfold.
+pub fn unfold(u: i64, v: i64, r: i64) -> [f64; 3] {
     let sign = |x: i64| if x < 0 { -1 } else { 1 };
     let (u, v) = (u.clamp(-r, r), v.clamp(-r, r));
     let w = r - u.abs() - v.abs();
     let (u, v) = if w < 0 { (sign(u) * (r - v.abs()), sign(v) * (r - u.abs())) } else { (u, v) };
-    let [x, y, z] = [u, v, w].map(|x| x as f64);
+    [u, v, w].map(|x| x as f64)
+}
+
+/// §13.2: the direction of octahedral coordinates.
+pub fn direction(u: i64, v: i64, r: i64) -> [f64; 3] {
+    let [x, y, z] = unfold(u, v, r);
     let length = ((x * x + y * y) + z * z).sqrt();
     [x / length, y / length, z / length]
 }

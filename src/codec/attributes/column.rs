@@ -1,7 +1,6 @@
 //! The values of one attribute, as integers.
 
 use crate::mesh::attributes::Kind;
-use bitvec::vec::BitVec;
 
 /// The values of one attribute: by wedge, or by row of triangles.
 #[derive(Clone, Debug, PartialEq)]
@@ -9,13 +8,13 @@ pub struct Column {
     /// What they are.
     pub kind: Kind,
     values: Vec<i32>,
-    known: BitVec,
+    known: Vec<bool>,
 }
 
 impl Column {
     /// No values yet.
     pub fn new(kind: Kind) -> Self {
-        Self { kind, values: Vec::new(), known: BitVec::new() }
+        Self { kind, values: Vec::new(), known: Vec::new() }
     }
 
     /// How many values there are, those that are none included; 0 where none are coded, all being the same.
@@ -29,11 +28,17 @@ impl Column {
         if let Some(value) = &self.kind.constant {
             return Some(value);
         }
-        if !self.known.get(at as usize).is_some_and(|known| *known) {
+        if !self.known.get(at as usize).is_some_and(|&known| known) {
             return None;
         }
         let n = self.kind.integers();
         self.values.get(at as usize * n..(at as usize + 1) * n)
+    }
+
+    /// Whether there is a value, of an attribute that is not constant.
+    #[inline]
+    pub fn is_known(&self, at: u32) -> bool {
+        self.known.get(at as usize).is_some_and(|&known| known)
     }
 
     /// Sets a value, or none; those before it that have not been set are none.
@@ -43,7 +48,7 @@ impl Column {
         if let Some(value) = value {
             self.values[at * n..(at + 1) * n].copy_from_slice(&value[..n]);
         }
-        self.known.set(at, value.is_some());
+        self.known[at] = value.is_some();
     }
 
     /// Sets the value that another one is.
@@ -52,7 +57,7 @@ impl Column {
         self.reach((to as usize).max(from));
         self.values.copy_within(from * n..(from + 1) * n, to as usize * n);
         let known = self.known[from];
-        self.known.set(to as usize, known);
+        self.known[to as usize] = known;
     }
 
     fn reach(&mut self, at: usize) {

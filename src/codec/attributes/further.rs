@@ -1,5 +1,6 @@
 //! What the residue's further triangles have: the wedges of their vertices, or new ones, and values of their own (spec §13.6, §13.7).
 
+use super::ring::Ring;
 use super::round::{CornerModels, fan, take_room};
 use super::values::Around;
 use super::{Attributes, Finest, Known};
@@ -36,6 +37,8 @@ impl<'a, K: Known> Further<'a, K> {
         let Attributes { columns, wedges, alive, count, .. } = attributes;
         let mut choice = NumberModel::default();
         let (mut coded, mut last) = (Vec::new(), None);
+        // Nothing is round them.
+        let mut ring = Ring::default();
         for (t, triangle) in triangles.iter().enumerate() {
             spend(budget, t)?;
             let mut corners = [0; 3];
@@ -55,7 +58,7 @@ impl<'a, K: Known> Further<'a, K> {
                         for &k in alive.iter() {
                             let (models, column) = (&mut self.models[k], &mut columns[k]);
                             let value = self.known.value(k, label);
-                            models.code(coder, &around, column, *count, &[], before, value)?;
+                            models.code(coder, &around, &mut ring, column, *count, before, value)?;
                         }
                         here.push(*count);
                         last = Some(*count);
@@ -129,14 +132,15 @@ impl Attributes {
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         debug_assert_eq!(self.columns[k].kind.domain, Domain::Triangle);
-        let around = Around { mesh: finest.mesh, wedges: &Wedges::default() };
+        let (around, mut ring) = (Around { mesh: finest.mesh, wedges: &Wedges::default() }, Ring::default());
         // The last of the walk: rows are numbered by how a reader has come here.
         let mut before = finest.tour.walk.triangles.last().map(|c| self.wedges.row(c.triangle()));
         for t in 0..finest.residue.triangles.len() {
             let row = self.rows + t as u32;
             take_room(budget, row, std::slice::from_ref(&self.columns[k]))?;
             let truth = if C::ENCODES { known.further(t)[3] } else { 0 };
-            models.code(coder, &around, &mut self.columns[k], row, &[], before, known.value(k, truth))?;
+            let (ring, column) = (&mut ring, &mut self.columns[k]);
+            models.code(coder, &around, ring, column, row, before, known.value(k, truth))?;
             before = Some(row);
             coder.check()?;
         }

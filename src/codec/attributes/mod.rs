@@ -5,8 +5,10 @@ mod frame;
 mod further;
 mod numbers;
 mod predict;
+mod recall;
 mod refined;
 mod residual;
+mod ring;
 mod round;
 #[cfg(feature = "encode")]
 mod truth;

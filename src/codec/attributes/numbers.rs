@@ -43,6 +43,17 @@ impl Scale {
         numbers
     }
 
+    /// Component `k` of a value; 0 where it has none.
+    #[inline]
+    pub(super) fn number(self, value: &[i32], k: usize) -> f64 {
+        let at = |k: usize| value.get(k).copied().unwrap_or(0);
+        match self {
+            Self::Same => at(k).into(),
+            Self::Short => quantise::short(at(k)).into(),
+            Self::Long => quantise::long([at(2 * k), at(2 * k + 1)]),
+        }
+    }
+
     /// Sets the integers of component `k` to those next to `x`; changes nothing where that is no finite number.
     pub(super) fn round(self, k: usize, x: f64, value: &mut Integers) {
         if !x.is_finite() {

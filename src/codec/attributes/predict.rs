@@ -2,6 +2,7 @@
 
 use super::column::Column;
 use super::numbers::{Integers, MOST, Numbers, Scale};
+use super::ring::Ring;
 use super::values::Around;
 use crate::mesh::attributes::{Quantisation, Semantic, quantise};
 use crate::mesh::{Attribute, Corner};
@@ -10,15 +11,15 @@ use crate::mesh::{Attribute, Corner};
 pub(super) const WAYS: usize = 5;
 
 /// What is expected.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Guess {
-    /// The value, in several ways.
-    pub ways: [Integers; WAYS],
-    /// How many of these there are, 1 at least.
-    pub count: usize,
+    /// The value.
+    pub value: Integers,
+    /// The value in all ways that there are, where these are to be judged; else none.
+    pub ways: Vec<Integers>,
     /// How far what it was made of lies apart, by integer.
     pub spread: [u32; MOST],
-    /// Of how many triangles it was made; 0 where only neighbours, or nothing, were known.
+    /// Of how many triangles it was made, or 2 where of all that is round it; 0 where only neighbours, or nothing, were known.
     pub sources: usize,
 }
 
@@ -29,15 +30,113 @@ pub(super) struct Memory {
     pub last: Integers,
     /// 1 where texture coordinates run counter-clockwise as their triangles do, else -1.
     side: f64,
+    /// How well each way did: mean bit lengths of what was missing.
+    pub costs: [u32; WAYS],
+    /// How many values there have been of which there were several ways.
+    turn: u64,
 }
 
 impl Default for Memory {
     fn default() -> Self {
-        Self { last: [0; MOST], side: 1.0 }
+        Self { last: [0; MOST], side: 1.0, costs: [0; WAYS], turn: 0 }
+    }
+}
+
+/// The first values of an attribute, of which all ways are judged; of later ones every eighth is.
+const JUDGED: u64 = 32;
+
+impl Memory {
+    /// Whether all ways of the next value are to be judged.
+    fn judges(&mut self) -> bool {
+        let judges = self.turn < JUDGED || self.turn.is_multiple_of(8);
+        self.turn += 1;
+        judges
+    }
+
+    /// The best of so many ways.
+    fn best(&self, count: usize) -> usize {
+        (0..count).min_by_key(|&way| self.costs[way]).unwrap_or(0)
+    }
+
+    /// Judges all ways by the first `n` integers of the last value.
+    pub(super) fn judge(&mut self, ways: &[Integers], n: usize) {
+        let value = &self.last[..n];
+        for (way, cost) in ways.iter().zip(&mut self.costs) {
+            let bits =
+                |(value, way): (&i32, &i32)| 32 - value.wrapping_sub(*way).unsigned_abs().leading_zeros();
+            *cost = *cost - (*cost >> 6) + value.iter().zip(way).map(bits).sum::<u32>();
+        }
     }
 }
 
 const NONE: Numbers = [0.0; Attribute::MAX_COMPONENTS];
+
+/// Guesses the value of a wedge, round which is `ring`; `before` is the wedge before it at its vertex. `guess` has what was guessed before.
+#[inline]
+pub(super) fn guess(
+    guess: &mut Guess,
+    memory: &mut Memory,
+    around: &Around,
+    column: &Column,
+    ring: &mut Ring,
+    before: Option<u32>,
+) {
+    let n = column.kind.integers();
+    guess.value[..n].copy_from_slice(&memory.last[..n]);
+    guess.ways.clear();
+    guess.sources = 0;
+    let beside = || ring.beside.iter().find_map(|beside| column.value(beside.wedge));
+    if let Some(value) = beside().or_else(|| column.value(before?)) {
+        guess.value[..value.len()].copy_from_slice(value);
+    }
+    guess.spread[..n].fill(0);
+    // What is on a lattice or an integer may be of any length; a surface tells directions alone.
+    let is_direction =
+        matches!(column.kind.quantisation, Quantisation::Octahedral { .. } | Quantisation::Raw);
+    match column.kind.semantic {
+        Semantic::Joints | Semantic::Part => {}
+        Semantic::Normal if is_direction => normal(guess, memory, column, ring),
+        _ => {
+            let components = Scale::of(&column.kind).components(column.kind.integers());
+            let is_fitted = match components {
+                1 => fitted::<1>(guess, column, ring),
+                2 => fitted::<2>(guess, column, ring),
+                3 => fitted::<3>(guess, column, ring),
+                4 => fitted::<4>(guess, column, ring),
+                _ => fitted::<{ Attribute::MAX_COMPONENTS }>(guess, column, ring),
+            };
+            if !is_fitted {
+                linear(guess, memory, around, column, ring);
+            }
+        }
+    }
+}
+
+/// As a linear map fitted to neighbours has it, of at most N components.
+#[inline]
+fn fitted<const N: usize>(guess: &mut Guess, column: &Column, ring: &mut Ring) -> bool {
+    let scale = Scale::of(&column.kind);
+    let Some(shares) = ring.shares(column) else { return false };
+    let (mut sum, mut low, mut high) = ([0.0; N], [f64::INFINITY; N], [f64::NEG_INFINITY; N]);
+    for (wedge, share) in shares {
+        let Some(value) = column.value(wedge) else { continue };
+        let numbers: [f64; N] = match value.first_chunk() {
+            Some(value) if scale == Scale::Same => value.map(f64::from),
+            _ => std::array::from_fn(|k| scale.number(value, k)),
+        };
+        for (k, x) in numbers.into_iter().enumerate() {
+            sum[k] += x * share;
+            low[k] = if x < low[k] { x } else { low[k] };
+            high[k] = if x > high[k] { x } else { high[k] };
+        }
+    }
+    guess.sources = 2;
+    for k in 0..N.min(scale.components(column.kind.integers())) {
+        scale.round(k, sum[k], &mut guess.value);
+        guess.spread[k] = ((high[k] - low[k]) * 0.125) as u32;
+    }
+    true
+}
 
 /// A sum of numbers, and the least and the greatest of each.
 struct Mean {
@@ -67,38 +166,13 @@ impl Mean {
     }
 }
 
-/// Guesses the value of a wedge of these corners, `before` being the wedge before it at its vertex.
-pub(super) fn guess(
-    memory: &mut Memory,
-    around: &Around,
-    column: &Column,
-    corners: &[Corner],
-    before: Option<u32>,
-) -> Guess {
-    let mut near = memory.last;
-    let ring = || corners.iter().flat_map(|c| [c.next(), c.prev()]);
-    if let Some(value) = ring().find_map(|c| around.value(column, c)).or_else(|| column.value(before?)) {
-        near[..value.len()].copy_from_slice(value);
-    }
-    let mut guess = Guess { ways: [near; WAYS], count: 1, spread: [0; MOST], sources: 0 };
-    // What is on a lattice or an integer may be of any length; a surface tells directions alone.
-    let is_direction =
-        matches!(column.kind.quantisation, Quantisation::Octahedral { .. } | Quantisation::Raw);
-    match column.kind.semantic {
-        Semantic::Joints | Semantic::Part => {}
-        Semantic::Normal if is_direction => normal(&mut guess, around, column, corners),
-        _ => linear(&mut guess, memory, around, column, corners),
-    }
-    guess
-}
-
-/// As the surface goes on beyond triangles two of whose corners are known, and as neighbours are.
-fn linear(guess: &mut Guess, memory: &mut Memory, around: &Around, column: &Column, corners: &[Corner]) {
+/// As the surface goes on beyond triangles two of whose corners are known, or as neighbours are.
+fn linear(guess: &mut Guess, memory: &mut Memory, around: &Around, column: &Column, ring: &Ring) {
     let scale = Scale::of(&column.kind);
     let components = scale.components(column.kind.integers());
     let is_map = column.kind.semantic == Semantic::TexCoord && components == 2;
     let (mut beyond, mut mapped, mut near) = (Mean::new(), Mean::new(), Mean::new());
-    for &c in corners {
+    for &c in &ring.corners {
         let [a, b] = [c.next(), c.prev()].map(|c| around.value(column, c));
         [a, b].into_iter().flatten().for_each(|x| near.add(scale.numbers(x)));
         let (Some(n), Some(p)) = (a, b) else { continue };
@@ -122,13 +196,8 @@ fn linear(guess: &mut Guess, memory: &mut Memory, around: &Around, column: &Colu
     if near.count == 0.0 {
         return;
     }
-    guess.count = if is_map { 1 } else { 3 };
     for k in 0..components {
-        scale.round(k, first.mean(k), &mut guess.ways[0]);
-        if !is_map {
-            scale.round(k, near.mean(k), &mut guess.ways[1]);
-            scale.round(k, 0.5 * (first.mean(k) + near.mean(k)), &mut guess.ways[2]);
-        }
+        scale.round(k, first.mean(k), &mut guess.value);
         guess.spread[k] = (first.high[k] - first.low[k]) as u32;
     }
 }
@@ -157,68 +226,112 @@ fn similar(
     Some(out)
 }
 
-/// The normals of the wedge's triangles, weighted by area.
-fn normal(guess: &mut Guess, around: &Around, column: &Column, corners: &[Corner]) {
-    let mut sums = [[0.0; 3]; 3];
+/// The normals of the wedge's triangles summed in some way, or those of neighbours; the last way is both.
+const AREA: usize = 0;
+const SQUARES: usize = 1;
+const ANGLE: usize = 2;
+const NEAR: usize = 3;
+
+/// The normals of the wedge's triangles and those of its neighbours, in the way that did best.
+fn normal(guess: &mut Guess, memory: &mut Memory, column: &Column, ring: &mut Ring) {
+    let mut area = [0.0; 3];
     let mut whole = 0.0;
-    for &c in corners {
-        let [at, n, p] = [c, c.next(), c.prev()].map(|c| around.position(c));
-        let (x, y) = (difference(n, at), difference(p, at));
-        let cross = cross(x, y);
-        let squares = dot(x, x) * dot(y, y);
-        let length = dot(cross, cross).sqrt();
-        whole += length;
-        if length > 0.0 {
-            for (sum, weight) in sums.iter_mut().zip([1.0, 1.0 / squares, angle(length, dot(x, y)) / length])
-            {
-                *sum = [0, 1, 2].map(|k| sum[k] + cross[k] * weight);
-            }
-        }
+    for [x, y] in ring.sides() {
+        let z = cross(x, y);
+        whole += dot(z, z).sqrt();
+        area = plus(area, z, 1.0);
     }
-    let lengths = sums.map(|sum| dot(sum, sum).sqrt());
-    if lengths.contains(&0.0) {
+    let length = dot(area, area).sqrt();
+    if length == 0.0 {
         return;
     }
-    guess.sources = corners.len();
-    // As the surface is bent against the normals round it.
-    let mut near = [0.0; 3];
-    for c in corners.iter().flat_map(|c| [c.next(), c.prev()]) {
-        if let Some(x) = around.value(column, c) {
-            let x = match column.kind.quantisation {
-                Quantisation::Octahedral { bits } => {
-                    quantise::direction([x[0], x[1]], quantise::radius(bits))
-                }
-                _ => {
-                    let n = Scale::of(&column.kind).numbers(x);
-                    [n[0], n[1], n[2]]
-                }
-            };
-            near = [0, 1, 2].map(|k| near[k] + x[k]);
-        }
-    }
-    let length = dot(near, near).sqrt();
-    let mut all = [sums[0], sums[1], sums[2], near, near];
-    let mut of = [lengths[0], lengths[1], lengths[2], length, 0.0];
-    guess.count = 3;
-    if length > 0.0 && length.is_finite() {
-        all[4] = [0, 1, 2].map(|k| sums[0][k] / lengths[0] + near[k] / length);
-        of[4] = dot(all[4], all[4]).sqrt();
-        if of[4] > 0.0 {
-            guess.count = WAYS;
-        }
-    }
-    let count = guess.count;
-    for ((way, sum), length) in guess.ways.iter_mut().zip(all).zip(of).take(count) {
-        match column.kind.quantisation {
-            Quantisation::Octahedral { bits } => {
-                let q = quantise::octahedral(sum, quantise::radius(bits));
-                way[..2].copy_from_slice(&q);
-            }
-            _ => (0..3).for_each(|k| Scale::of(&column.kind).round(k, sum[k] / length, way)),
-        }
-    }
-    let bend = (((whole - lengths[0]) / whole).max(0.0)).sqrt() * 1024.0;
+    guess.sources = ring.corners.len();
+    let bend = ((whole - length) / whole).max(0.0).sqrt() * 1024.0;
     guess.spread = [bend as u32; MOST];
+    // As the surface is bent against the normals round it.
+    let near = near_normal(column, ring);
+    let both = if sum(near) > 0.0 && sum(near).is_finite() {
+        plus(area.map(|x| x / sum(area)), near, 1.0 / sum(near))
+    } else {
+        [0.0; 3]
+    };
+    let count = if sum(both) > 0.0 { WAYS } else { WAYS - 2 };
+    let vector = |way: usize| match way {
+        AREA => area,
+        SQUARES => weighted(ring, |x, y, _| 1.0 / (dot(x, x) * dot(y, y))),
+        ANGLE => weighted(ring, |x, y, length| angle(length, dot(x, y)) / length),
+        NEAR => near,
+        _ => both,
+    };
+    let best = memory.best(count);
+    if memory.judges() {
+        let start = guess.value;
+        for way in 0..count {
+            let mut value = start;
+            round_normal(column, vector(way), &mut value);
+            guess.ways.push(value);
+        }
+        guess.value = guess.ways[best];
+    } else {
+        round_normal(column, vector(best), &mut guess.value);
+    }
+}
+
+/// A vector as the integers of a normal.
+fn round_normal(column: &Column, vector: [f64; 3], value: &mut Integers) {
+    if let Quantisation::Octahedral { bits } = column.kind.quantisation {
+        value[..2].copy_from_slice(&quantise::near_octahedral(vector, quantise::radius(bits)));
+    } else {
+        let length = dot(vector, vector).sqrt();
+        (0..3).for_each(|k| Scale::of(&column.kind).round(k, vector[k] / length, value));
+    }
+}
+
+/// The normals of a wedge's triangles, each weighted by its sides and the length of its normal.
+fn weighted(ring: &Ring, weight: impl Fn([f64; 3], [f64; 3], f64) -> f64) -> [f64; 3] {
+    let mut total = [0.0; 3];
+    for [x, y] in ring.sides() {
+        let z = cross(x, y);
+        let length = dot(z, z).sqrt();
+        if length > 0.0 {
+            total = plus(total, z, weight(x, y, length));
+        }
+    }
+    total
+}
+
+/// The normal that neighbours tell of.
+fn near_normal(column: &Column, ring: &mut Ring) -> [f64; 3] {
+    let scale = Scale::of(&column.kind);
+    let vector = |value: &[i32]| match column.kind.quantisation {
+        Quantisation::Octahedral { bits } => {
+            quantise::unfolded([value[0], value[1]], quantise::radius(bits)).map(f64::from)
+        }
+        _ => [0, 1, 2].map(|k| scale.number(value, k)),
+    };
+    let mut near = [0.0; 3];
+    let mut are_shared = false;
+    for (wedge, share) in ring.shares(column).into_iter().flatten() {
+        are_shared = true;
+        near = column.value(wedge).map_or(near, |value| plus(near, vector(value), share));
+    }
+    if are_shared {
+        return near;
+    }
+    for wedge in ring.wedges(column) {
+        near = column.value(wedge).map_or(near, |value| plus(near, vector(value), 1.0));
+    }
+    near
+}
+
+/// x + w y.
+fn plus(x: [f64; 3], y: [f64; 3], w: f64) -> [f64; 3] {
+    [x[0] + y[0] * w, x[1] + y[1] * w, x[2] + y[2] * w]
+}
+
+/// The sum of magnitudes.
+fn sum([x, y, z]: [f64; 3]) -> f64 {
+    (x.abs() + y.abs()) + z.abs()
 }
 
 /// The angle whose tangent is y / x, y at least 0, within a thousandth; in units of a quarter turn.

@@ -1,5 +1,6 @@
 //! What is told of attributes behind each operation: which corners of its link part, and the wedges of its vertex (spec §13.9).
 
+use super::ring::Ring;
 use super::round::{CornerModels, RoundModels, Vicinity, take_room};
 use super::values::Around;
 use super::{Attributes, Known};
@@ -25,6 +26,7 @@ pub struct RefinedModels {
     round: RoundModels,
     corners: Vec<Corner>,
     seats: Vec<Seat>,
+    ring: Ring,
 }
 
 /// A vertex of the link: its corners before and behind the spoke, of which one may part. Of an ear there is but one.
@@ -53,6 +55,7 @@ impl Attributes {
             round: RoundModels::new(&self.columns),
             corners: Vec::new(),
             seats: Vec::new(),
+            ring: Ring::default(),
         }
     }
 
@@ -165,9 +168,11 @@ impl Attributes {
         take_room(budget, self.wedges.count(), &self.columns)?;
         let (wedge, carried) = (self.wedges.count(), self.wedges.of(c));
         let around = Around { mesh, wedges: &self.wedges };
+        let RefinedModels { link, ring, .. } = models;
+        ring.look(&around, &[c]);
         for &k in &self.alive {
-            let (models, column) = (&mut models.link[k], &mut self.columns[k]);
-            models.code(coder, &around, column, wedge, &[c], Some(carried), known.value(k, label))?;
+            let (models, column) = (&mut link[k], &mut self.columns[k]);
+            models.code(coder, &around, ring, column, wedge, Some(carried), known.value(k, label))?;
         }
         self.wedges.append(&[c]);
         Ok(())
@@ -207,7 +212,7 @@ impl Attributes {
             if ends.contains(&table.vertex(corners[i].next())) {
                 continue;
             }
-            let (x, beyond_x) = before(corners[(i + count - 1) % count]);
+            let (x, beyond_x) = before(corners[if i == 0 { count - 1 } else { i - 1 }]);
             let (y, beyond_y) = behind(corners[i]);
             seats.push(Seat { corners: [x, y], beyond: [beyond_x, beyond_y] });
         }

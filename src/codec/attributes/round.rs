@@ -1,6 +1,7 @@
 //! What is coded round one vertex: its breaks, then the values of its wedges (spec §13.3).
 
 use super::column::Column;
+use super::ring::Ring;
 use super::values::{Around, ValueModels};
 use super::{Attributes, Known};
 use crate::codec::whole::WholeError;
@@ -26,16 +27,16 @@ impl CornerModels {
         Self { same, present, last_present: true, values: ValueModels::new(&column.kind) }
     }
 
-    /// Codes the value of one wedge, the one numbered `at`, or of a row of triangles. `before` is the wedge before it at its vertex, if
-    /// there is one.
+    /// Codes the value of one wedge, the one numbered `at`, round which is `ring`, or of a row of triangles, round which is nothing.
+    /// `before` is the wedge before it at its vertex, if there is one.
     #[expect(clippy::too_many_arguments)]
     pub fn code<C: BitCoder>(
         &mut self,
         coder: &mut C,
         around: &Around,
+        ring: &mut Ring,
         column: &mut Column,
         at: u32,
-        corners: &[Corner],
         before: Option<u32>,
         truth: Option<&[i32]>,
     ) -> Result<(), WholeError> {
@@ -57,8 +58,8 @@ impl CornerModels {
                 return Ok(());
             }
         }
-        let value = self.values.code(coder, around, column, at, corners, before, truth.unwrap_or(&[]))?;
-        column.set(at, Some(&value));
+        let value = self.values.code(coder, around, ring, column, at, before, truth.unwrap_or(&[]))?;
+        column.set(at, Some(value));
         Ok(())
     }
 }
@@ -75,6 +76,7 @@ pub struct RoundModels {
     pub columns: Vec<CornerModels>,
     spokes: Vec<bool>,
     kept: Vec<u32>,
+    ring: Ring,
 }
 
 impl RoundModels {
@@ -86,6 +88,7 @@ impl RoundModels {
             columns,
             spokes: Vec::new(),
             kept: Vec::new(),
+            ring: Ring::default(),
         }
     }
 }
@@ -141,9 +144,11 @@ impl Attributes {
             };
             let label = if C::ENCODES { known.label(corners[0]) } else { 0 };
             let around = Around { mesh: vicinity.mesh, wedges: &self.wedges };
+            let RoundModels { columns, ring, .. } = &mut *models;
+            ring.look(&around, corners);
             for &k in vicinity.born {
-                let (models, column) = (&mut models.columns[k], &mut self.columns[k]);
-                models.code(coder, &around, column, wedge, corners, before, known.value(k, label))?;
+                let (models, column) = (&mut columns[k], &mut self.columns[k]);
+                models.code(coder, &around, ring, column, wedge, before, known.value(k, label))?;
             }
             if wedge == self.wedges.count() {
                 self.wedges.append(corners);
@@ -172,11 +177,12 @@ impl Attributes {
     ) {
         let count = corners.len();
         let table = &vicinity.mesh.table;
-        let sides = |i: usize| [corners[(i + count - 1) % count], corners[i]];
+        let sides = |i: usize| [corners[if i == 0 { count - 1 } else { i - 1 }], corners[i]];
         let inner = usize::from(vicinity.is_boundary)..count;
         spokes.clear();
         spokes.resize(count, false);
-        for i in inner.clone() {
+        // Nothing parts where nothing was known before.
+        for i in inner.clone().filter(|_| !vicinity.old.is_empty()) {
             let [a, b] = sides(i);
             spokes[i] = !self.are_alike(self.wedges.of(a), self.wedges.of(b), vicinity.old);
         }

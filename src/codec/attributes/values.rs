@@ -3,11 +3,12 @@
 use super::column::Column;
 use super::frame::Frame;
 use super::numbers::{Integers, MOST};
-use super::predict::{self, Guess, Memory, WAYS};
+use super::predict::{self, Guess, Memory};
+use super::recall::{Neighbours, Recall};
 use super::residual::ResidualModel;
+use super::ring::Ring;
 use crate::entropy::{Bit, BitCoder, CodingError};
-use crate::mesh::Corner;
-use crate::mesh::attributes::{Kind, Quantisation, quantise};
+use crate::mesh::attributes::{Domain, Kind, Quantisation, Semantic, quantise};
 use crate::refine::{ProgressiveMesh, Wedges};
 
 /// What is known round a wedge: all positions, and wedges as far as they have been coded.
@@ -26,9 +27,12 @@ pub struct ValueModels {
     again: Bit,
     /// Whether there has been one, or none where one might be.
     any: bool,
+    /// Where values are often those of neighbours.
+    neighbours: Option<Box<Neighbours>>,
+    /// Where integers often stand behind the same ones.
+    recall: Option<Box<Recall>>,
     numbers: Vec<ResidualModel>,
-    /// How well each way of guessing did, by integer: mean bit lengths of what was missing, in units of 1/32.
-    costs: [[u32; WAYS]; MOST],
+    guess: Box<Guess>,
     /// By value and integer, bit lengths of residuals.
     lengths: Vec<u8>,
 }
@@ -36,19 +40,24 @@ pub struct ValueModels {
 impl ValueModels {
     /// Fresh ones.
     pub fn new(kind: &Kind) -> Self {
+        let is_at_corners = kind.domain == Domain::Corner;
+        let are_repeated = is_at_corners && kind.quantisation == Quantisation::Integer;
+        let are_few = is_at_corners && kind.semantic == Semantic::Color;
         Self {
             memory: Memory::default(),
             constant: true,
             again: Bit::NEW,
             any: false,
+            neighbours: are_repeated.then(|| Box::new(Neighbours::new())),
+            recall: are_few.then(|| Box::new(Recall::new())),
             numbers: vec![ResidualModel::default(); kind.integers()],
-            costs: [[0; WAYS]; MOST],
+            guess: Box::default(),
             lengths: Vec::new(),
         }
     }
 
-    /// Codes the next value of a column: `truth` where it is written. `corners` are those of its wedge, a run of its vertex's fan,
-    /// counter-clockwise; none where it is no wedge of the mesh. `before` is a value to start from where nothing round it is known.
+    /// Codes the next value of a column: `truth` where it is written. `ring` is what is round its wedge; nothing where it is no wedge of
+    /// the mesh. `before` is a value to start from where nothing round it is known.
     ///
     /// # Errors
     /// [`CodingError`] where the value is none.
@@ -57,28 +66,41 @@ impl ValueModels {
         &mut self,
         coder: &mut C,
         around: &Around,
+        ring: &mut Ring,
         column: &Column,
         at: u32,
-        corners: &[Corner],
         before: Option<u32>,
         truth: &[i32],
-    ) -> Result<Vec<i32>, CodingError> {
+    ) -> Result<&[i32], CodingError> {
         let n = column.kind.integers();
         if self.constant && self.any {
             self.constant = coder.bit(&mut self.again, || truth == &self.memory.last[..n]);
             if self.constant {
                 self.skip(column, at);
-                return Ok(self.memory.last[..n].to_vec());
+                return Ok(&self.memory.last[..n]);
             }
         }
-        let guess = predict::guess(&mut self.memory, around, column, corners, before);
-        let near = self.near(around, column, corners);
-        let value = self.residuals(coder, column, at, &guess, &near, truth)?;
-        self.memory.last[..n].copy_from_slice(&value[..n]);
-        Ok(value[..n].to_vec())
+        let round = self.round(ring, n);
+        self.skip(column, at);
+        if let Some(neighbours) = &mut self.neighbours {
+            let of_first = match round[0] {
+                0 => 0,
+                1..=5 => 1,
+                UNKNOWN => 3,
+                _ => 2,
+            };
+            if let Some(wedge) = neighbours.code(coder, column, ring, of_first, truth) {
+                self.memory.last[..n].copy_from_slice(column.value(wedge).unwrap_or(&[0; MOST][..n]));
+                return Ok(&self.memory.last[..n]);
+            }
+        }
+        predict::guess(&mut self.guess, &mut self.memory, around, column, ring, before);
+        self.residuals(coder, column, at, &round, truth)?;
+        Ok(&self.memory.last[..n])
     }
 
     /// The value of a wedge is as expected, or none.
+    #[inline]
     pub fn skip(&mut self, column: &Column, at: u32) {
         let n = column.kind.integers();
         let from = at as usize * n;
@@ -90,94 +112,101 @@ impl ValueModels {
     }
 
     /// Mean bit lengths of the residuals of known neighbours, in halves; [`UNKNOWN`] where there are none.
-    fn near(&self, around: &Around, column: &Column, corners: &[Corner]) -> [usize; MOST] {
-        let n = column.kind.integers();
-        let (mut sums, mut count) = ([0; MOST], 0);
-        for c in corners.iter().flat_map(|c| [c.next(), c.prev()]) {
-            let wedge = around.wedges.of(c) as usize;
-            if let Some(lengths) = self.lengths.get(wedge.saturating_mul(n)..).and_then(|rest| rest.get(..n))
+    #[inline]
+    fn round(&self, ring: &Ring, n: usize) -> [u8; MOST] {
+        let (mut sums, mut count) = ([0u16; MOST], 0u16);
+        for beside in &ring.beside {
+            let from = (beside.wedge as usize).saturating_mul(n);
+            if let Some(lengths) = self.lengths.get(from..from.saturating_add(n))
                 && lengths[0] != NOT_CODED
             {
-                lengths.iter().zip(&mut sums).for_each(|(&length, sum)| *sum += usize::from(length));
+                for (&length, sum) in lengths.iter().zip(&mut sums) {
+                    *sum += u16::from(length);
+                }
                 count += 1;
             }
         }
-        sums.map(|sum| (2 * sum + count / 2).checked_div(count).unwrap_or(UNKNOWN).min(UNKNOWN))
+        let mut means = [UNKNOWN; MOST];
+        for (mean, sum) in means.iter_mut().zip(sums).take(n) {
+            let known = (2 * sum + count / 2).checked_div(count);
+            *mean = known.map_or(UNKNOWN, |known| known.min(UNKNOWN.into()) as u8);
+        }
+        means
     }
 
+    /// Codes a value by what is missing to the one expected.
+    #[inline]
     fn residuals<C: BitCoder>(
         &mut self,
         coder: &mut C,
         column: &Column,
         at: u32,
-        guess: &Guess,
-        near: &[usize; MOST],
+        round: &[u8; MOST],
         truth: &[i32],
-    ) -> Result<Integers, CodingError> {
+    ) -> Result<(), CodingError> {
         let n = column.kind.integers();
-        self.skip(column, at);
         let from = at as usize * n;
-        let mut expected: Integers = std::array::from_fn(|k| guess.ways[self.best(k, guess.count)][k]);
+        let guess = &mut *self.guess;
+        let expected = &mut guess.value;
         let mut wanted = [0; MOST];
-        wanted.iter_mut().zip(truth).for_each(|(wanted, &truth)| *wanted = truth);
+        if C::ENCODES {
+            wanted[..n].copy_from_slice(&truth[..n]);
+        }
         let frame = match column.kind.quantisation {
             Quantisation::Octahedral { bits } => {
-                let way = self.best(0, guess.count);
-                expected = guess.ways[way];
                 Some(Frame::new([expected[0], expected[1]], quantise::radius(bits)))
             }
             _ => None,
         };
         if let Some(frame) = &frame {
-            for value in [&mut expected, &mut wanted] {
+            for value in [&mut *expected, &mut wanted] {
                 let at = frame.enter([value[0], value[1]]);
                 value[..2].copy_from_slice(&at);
             }
         }
-        let mut value = [0; MOST];
-        let (mut before, mut sign) = (0, 0);
+        let value: &mut Integers = &mut self.memory.last;
+        let (mut before, mut mirrored) = (0, false);
         for k in 0..n {
+            if k > 0
+                && let Some(recall) = &mut self.recall
+                && let Some(number) = recall.code(coder, &value[..k], expected[k], wanted[k])
+            {
+                value[k] = number;
+                before = number.wrapping_sub(expected[k]).unsigned_abs();
+                mirrored = false;
+                self.lengths[from + k] = bit_length(before) as u8;
+                continue;
+            }
             let spread = bit_length(guess.spread[k]).min(12) as usize;
-            let last = if k == 0 { UNKNOWN } else { bit_length(before) as usize };
-            let contexts = [near[k], guess.sources.min(2) * 13 + spread, last];
-            let residual =
-                self.numbers[k].code(coder, contexts, sign, wanted[k].wrapping_sub(expected[k]))?;
+            let last = if k == 0 { usize::from(UNKNOWN) } else { bit_length(before) as usize };
+            let contexts = [usize::from(round[k]), guess.sources.min(2) * 13 + spread, last];
+            let off = wanted[k].wrapping_sub(expected[k]);
+            let residual = self.numbers[k].code(coder, contexts, mirrored, off)?;
             before = residual.unsigned_abs();
-            sign = usize::from(residual > 0) + 2 * usize::from(residual < 0);
+            mirrored = residual < 0;
             self.lengths[from + k] = bit_length(before) as u8;
             value[k] = expected[k].wrapping_add(residual);
+            if k > 0
+                && let Some(recall) = &mut self.recall
+            {
+                let (before, number) = value.split_at(k);
+                recall.learn(before, number[0]);
+            }
         }
         if let Some(frame) = &frame {
             let at = frame.leave([value[0], value[1]]).ok_or(CodingError::Number)?;
             value[..2].copy_from_slice(&at);
         }
         coder.check()?;
-        self.judge(guess, &value, n);
-        Ok(value)
-    }
-
-    /// The way of guessing that did best so far.
-    fn best(&self, k: usize, count: usize) -> usize {
-        (0..count).min_by_key(|&way| self.costs[k][way]).unwrap_or(0)
-    }
-
-    fn judge(&mut self, guess: &Guess, value: &Integers, n: usize) {
-        if guess.count < 2 {
-            return;
-        }
-        for (k, (&value, costs)) in value.iter().zip(&mut self.costs).take(n).enumerate() {
-            for (way, cost) in guess.ways.iter().zip(costs).take(guess.count) {
-                let off = bit_length(value.wrapping_sub(way[k]).unsigned_abs());
-                *cost = *cost - (*cost >> 6) + off;
-            }
-        }
+        self.memory.judge(&guess.ways, n);
+        Ok(())
     }
 }
 
 /// The length of what these models have not coded.
 const NOT_CODED: u8 = u8::MAX;
 /// A context of its own.
-const UNKNOWN: usize = super::residual::CONTEXTS - 1;
+const UNKNOWN: u8 = super::residual::CONTEXTS as u8 - 1;
 
 fn bit_length(x: u32) -> u32 {
     32 - x.leading_zeros()

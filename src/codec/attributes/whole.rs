@@ -1,5 +1,6 @@
 //! The whole pass: every vertex of a mesh in walk order, then its triangles (spec §13.3, §13.7).
 
+use super::ring::Ring;
 use super::round::{CornerModels, RoundModels, Vicinity, WORK_A_VALUE, fan, take_room};
 use super::values::Around;
 use super::{Attributes, Known};
@@ -153,7 +154,8 @@ impl Attributes {
                     done.set(c.triangle().index(), true);
                     let truth = if C::ENCODES { known.of_triangle(c.triangle()) } else { 0 };
                     let truth = known.value(k, truth);
-                    models.code(coder, &around, &mut self.columns[k], first + place, &[], before, truth)?;
+                    let (row, column) = (first + place, &mut self.columns[k]);
+                    models.code(coder, &around, &mut Ring::default(), column, row, before, truth)?;
                     coder.check()?;
                     last = Some(first + place);
                 }

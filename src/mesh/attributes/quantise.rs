@@ -213,17 +213,8 @@ pub(crate) fn radius(bits: u32) -> i32 {
 /// The octahedral coordinates, -`radius` to `radius`, of the direction nearest to a vector that is not 0 (Meyer et al. 2010;
 /// the nearest of four as Cigolle et al. 2014 have it). Of several for one direction the canonical one.
 pub(crate) fn octahedral(vector: [f64; 3], radius: i32) -> [i32; 2] {
+    let Some([u, v]) = folded(vector, radius) else { return [0, 0] };
     let [x, y, z] = vector;
-    let sum = x.abs() + y.abs() + z.abs();
-    let scale = f64::from(radius) / sum;
-    if !(scale.is_finite() && sum.is_finite()) {
-        return [0, 0];
-    }
-    let (mut u, mut v) = (x * scale, y * scale);
-    if z < 0.0 {
-        let r = f64::from(radius);
-        (u, v) = ((r - v.abs()).copysign(u), (r - u.abs()).copysign(v));
-    }
     let low = [u.floor() as i32, v.floor() as i32];
     let mut best = ([0, 0], f64::NEG_INFINITY);
     for k in 0..4 {
@@ -235,6 +226,29 @@ pub(crate) fn octahedral(vector: [f64; 3], radius: i32) -> [i32; 2] {
         }
     }
     best.0
+}
+
+/// Octahedral coordinates of a direction near to that of a vector: rounded, which is quick, and seldom another one than the nearest.
+#[inline]
+pub(crate) fn near_octahedral(vector: [f64; 3], radius: i32) -> [i32; 2] {
+    let Some(q) = folded(vector, radius) else { return [0, 0] };
+    canonical(q.map(|x| ((x + 0.5).floor() as i32).clamp(-radius, radius)), radius)
+}
+
+/// The octahedral coordinates of a vector, not rounded; `None` where it has no direction.
+#[inline]
+fn folded([x, y, z]: [f64; 3], radius: i32) -> Option<[f64; 2]> {
+    let sum = x.abs() + y.abs() + z.abs();
+    let scale = f64::from(radius) / sum;
+    if !(scale.is_finite() && sum.is_finite()) {
+        return None;
+    }
+    let (u, v) = (x * scale, y * scale);
+    if z < 0.0 {
+        let r = f64::from(radius);
+        return Some([(r - v.abs()).copysign(u), (r - u.abs()).copysign(v)]);
+    }
+    Some([u, v])
 }
 
 /// The one of several octahedral coordinates of a direction, which is on the border of the square, that encoders write.

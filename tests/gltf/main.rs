@@ -13,3 +13,4 @@ mod images;
 mod real;
 mod real_scenes;
 mod scenes;
+mod written;

@@ -123,6 +123,21 @@ impl Options {
     pub fn fine() -> Self {
         Self { level_budget: 0.3, regular: Regular::Followed, ..Self::default() }
     }
+
+    /// The same for a mesh whose corners have values.
+    ///
+    /// What coarse levels lack of values is seen sooner than what they lack of the surface, and costs bits: each new vertex's values are told
+    /// by how far they are off those around it. So small levels pay, and rows do not where they are but preferred; and as values tell what a
+    /// poor triangle shows, its shape counts for less.
+    fn for_values(&self) -> Self {
+        let regular = if self.regular == Regular::Preferred { Regular::Followed } else { self.regular };
+        Self {
+            level_budget: self.level_budget.min(BUDGET_OF_VALUES),
+            beta: SHAPE_BESIDE_VALUES * self.beta,
+            regular,
+            ..self.clone()
+        }
+    }
 }
 
 /// A base and the way back.
@@ -168,6 +183,8 @@ pub fn simplify(
     let Features { seams, kept, binding, values } = features;
     let gives_up = !binding && seams != kept;
     let (seams, corners) = (Seams::new(&table, seams, kept)?, Corners::new(&table, values)?);
+    let options =
+        &if corners.as_ref().is_some_and(Corners::vary) { options.for_values() } else { options.clone() };
     let mut remover = Remover::new(table, places, Kept { locked, seams, gives_up, corners }, options);
     let start = remover.vertices;
     let mut held = remover.held();
@@ -253,6 +270,10 @@ pub fn simplify(
     Ok(Simplified { base, history, errors, traces, weights, input, charts_to, seconds })
 }
 
+/// Budget of a level that has values.
+const BUDGET_OF_VALUES: f64 = 0.3;
+/// What of the weight of shape is left where there are values.
+const SHAPE_BESIDE_VALUES: f64 = 0.5;
 /// Vertices of the input for each that a base may have before components are left out of it that are larger than its error.
 const FEW: usize = 50;
 /// So many it may have anyway.

@@ -180,6 +180,11 @@ impl<'a> Remover<'a> {
         (left, sample)
     }
 
+    /// What corners are worth, if anything.
+    pub fn corners(&self) -> Option<&Corners> {
+        self.corners.as_ref()
+    }
+
     /// How many vertices are locked.
     pub fn held(&self) -> usize {
         vertices(&self.table).filter(|v| self.barred.locked[v.index()]).count()
@@ -328,7 +333,8 @@ impl<'a> Remover<'a> {
             return (self.metric.energy(v, &star, star.foot(ear()), Lost::values(values), 0.0), Shape::NONE);
         }
         let price = self.metric.shape_price(&star);
-        let solved = star.solve(price, |i, j| self.price(v, &star, price, i, j));
+        let values = around.as_ref().map(|(corners, around)| (*corners, around));
+        let solved = star.solve(price, |i, j| self.price(v, &star, values, price, i, j));
         let Some(best) = solved.shape.triangulation() else { return (Energy::NEVER, Shape::NONE) };
         // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles.
         let sides = star.ring().len();
@@ -338,14 +344,17 @@ impl<'a> Remover<'a> {
             star.foot(best.triangles.iter())
         };
         let distortion = star.distortion(best.triangles.iter());
-        let mut values = 0.0;
-        if let Some((corners, around)) = &around {
-            let edge = self.edge_left(v, &star, &best, Some((corners, around)));
-            values = corners.price(&star, around, best.triangles.iter(), edge);
+        let (mut lost, mut crossed) = (0.0, 0.0);
+        if let Some((corners, around)) = values {
+            let made = best.diagonals().chain(star.boundary.then_some((0, sides - 1)));
+            crossed = made.map(|edge| corners.along(&star, around, edge)).sum();
+            let edge = self.edge_left(v, &star, &best, values);
+            lost = corners.price(&star, around, best.triangles.iter(), edge)
+                + f64::from(crossed) * star.mean_edge.powi(4);
         }
         // Where a pattern is followed, it settles the shape.
-        let shape = if self.follows(v) { 0.0 } else { (solved.cost - distortion).max(0.0) };
-        (self.metric.energy(v, &star, foot, Lost { distortion, values }, shape), solved.shape)
+        let shape = if self.follows(v) { 0.0 } else { (solved.cost - distortion - crossed).max(0.0) };
+        (self.metric.energy(v, &star, foot, Lost { distortion, values: lost }, shape), solved.shape)
     }
 
     /// The values at the corners of a star, if there are any.
@@ -434,14 +443,23 @@ impl<'a> Remover<'a> {
     /// What an edge in place of `v` costs, in distortions of the star, of which a mean edge is worth `price`: its middle is to be near the
     /// vertex, from where its position is predicted.
     #[inline]
-    fn price(&self, v: Vertex, star: &Star, price: f32, i: usize, j: usize) -> f32 {
+    fn price(
+        &self,
+        v: Vertex,
+        star: &Star,
+        values: Option<(&Corners, &Around)>,
+        price: f32,
+        i: usize,
+        j: usize,
+    ) -> f32 {
         if star.is_across(i, j) {
             return f32::INFINITY;
         }
         let middle = 0.5 * (star.point(i) + star.point(j)).length();
         // A pattern that is followed comes before all else, distortions included.
         let dear = if self.follows(v) { price.max(1.0) } else { price };
-        price * MIDDLE * middle + dear * self.bias(v, star, i, j)
+        let lost = values.map_or(0.0, |(corners, around)| corners.along(star, around, (i, j)));
+        price * MIDDLE * middle + dear * self.bias(v, star, i, j) + lost
     }
 
     /// What the pattern adds to the cost of an edge, in mean edges.
@@ -467,6 +485,8 @@ impl<'a> Remover<'a> {
             return None;
         }
         let price = self.metric.shape_price(&star);
+        let around = self.around(v, &star);
+        let values = around.as_ref().map(|(corners, around)| (*corners, around));
         let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
         let mut shape = self.energies.shapes[v.index()];
         let best = loop {
@@ -482,13 +502,11 @@ impl<'a> Remover<'a> {
                 break best;
             }
             let edge = |i: usize, j: usize| {
-                if exists[i][j] { f32::INFINITY } else { self.price(v, &star, price, i, j) }
+                if exists[i][j] { f32::INFINITY } else { self.price(v, &star, values, price, i, j) }
             };
             shape = star.solve(price, edge).shape;
         };
-        let around = self.around(v, &star);
-        let diagonal =
-            self.edge_left(v, &star, &best, around.as_ref().map(|(corners, around)| (*corners, around)));
+        let diagonal = self.edge_left(v, &star, &best, values);
         let (site, flips) = match diagonal {
             Some(diagonal) => best.operation(ring, diagonal),
             None => (Site::Face(ring[0], ring[1], ring[2]), Vec::new()),

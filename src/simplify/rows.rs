@@ -7,6 +7,7 @@ use super::Regular;
 use super::parity::{Classes, NONE};
 use super::removal::{Remover, vertices};
 use super::seconds::timed;
+use super::values::Corners;
 use crate::mesh::{CornerTable, Triangle, Vertex};
 use bitvec::bitvec;
 use bitvec::vec::BitVec;
@@ -29,9 +30,15 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// Of a mesh with these classes.
-    fn new(table: &CornerTable, classes: Classes) -> Self {
+    /// Of a mesh with these classes, and what corners are worth: rows are not followed over a crease, which would come to lie beside its
+    /// vertices.
+    fn new(table: &CornerTable, corners: Option<&Corners>, classes: Classes) -> Self {
         let mut holds = holds(table, &classes.of);
+        if let Some(corners) = corners {
+            for v in vertices(table).filter(|&v| corners.is_creased(table, v)) {
+                holds.set(v.index(), false);
+            }
+        }
         let of_mesh = vertices(table).count();
         if (holds.count_ones() as f64) < NEARLY * of_mesh as f64 {
             holds.fill(false);
@@ -116,7 +123,7 @@ impl Rows {
         let mut pattern = if self.next == 0 {
             let (pattern, seconds) = timed(|| {
                 let classes = Classes::new(&remover.table, |v| remover.places.at(v));
-                Pattern::new(&remover.table, classes)
+                Pattern::new(&remover.table, remover.corners(), classes)
             });
             remover.watch.seconds.classes += seconds;
             self.rounds += 1;
@@ -219,7 +226,7 @@ const ODD: Vec3 = Vec3::new(0.408_248_3, 0.577_350_3, std::f32::consts::FRAC_1_S
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Features, Options, simplify};
+    use super::super::{Features, Options, Values, simplify};
     use super::*;
     use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
     use glam::DVec3;
@@ -230,21 +237,18 @@ mod tests {
     }
 
     fn levels_by(mesh: &IndexedMesh, count: usize, options: Options) -> Vec<CornerTable> {
+        levels_of(mesh, Features::default(), count, options)
+    }
+
+    fn levels_of(mesh: &IndexedMesh, features: Features, count: usize, options: Options) -> Vec<CornerTable> {
         let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let (min, max) = lattice::bounds(mesh.positions.iter().copied()).unwrap();
         let lattice = Lattice::over(min, max, 14);
         let locked = bitvec![0; mesh.positions.len()];
         let options = Options { base_vertices: Some(20), ..options };
-        let done = simplify(
-            table.clone(),
-            &mesh.positions,
-            locked,
-            Features::default(),
-            &lattice,
-            &options,
-            &mut |_, _| true,
-        )
-        .unwrap();
+        let done =
+            simplify(table.clone(), &mesh.positions, locked, features, &lattice, &options, &mut |_, _| true)
+                .unwrap();
         let mut levels = vec![table];
         for j in 0..count {
             let mut table = levels[j].clone();
@@ -295,6 +299,35 @@ mod tests {
         }
     }
 
+    /// Normals are those of the torus, or at every fourth ring of another surface.
+    #[test]
+    fn rows_are_not_followed_over_creases() {
+        let torus = shapes::torus(96, 48);
+        let table = CornerTable::from_triangles(torus.positions.len(), &torus.triangles).unwrap();
+        let after = |is_odd: &dyn Fn(Vertex) -> bool| {
+            let normal = |v: Vertex| {
+                let at = |w: Vertex| DVec3::from_array(torus.positions[w.index()]);
+                let sum: DVec3 = table
+                    .fan(v)
+                    .map(|c| (at(table.vertex(c.next())) - at(v)).cross(at(table.vertex(c.prev())) - at(v)))
+                    .sum();
+                let normal = 0.02 * sum.normalize_or_zero();
+                if is_odd(v) { DVec3::new(normal.y, normal.z, normal.x) } else { normal }
+            };
+            let mut corners = vec![[0; 4]; table.slots()];
+            for c in table.triangles().flat_map(|t| t.corners()) {
+                corners[c.triangle().index()][c.place()] = table.vertex(c).0;
+            }
+            let rows = (0..torus.positions.len() as u32).flat_map(|v| normal(Vertex(v)).as_vec3().to_array());
+            let values =
+                Values { corners, width: 3, rows: rows.collect(), normals: vec![0], ..Values::default() };
+            let features = Features { values, ..Features::default() };
+            count(&levels_of(&torus, features, 1, Options::default())[1], |_| true)
+        };
+        assert_eq!(after(&|_| false), 3456);
+        assert_ne!(after(&|v| v.0 % 4 == 0), 3456);
+    }
+
     /// Between four vertices that stay one diagonal is as good as the other, but all are to run the same way.
     #[test]
     fn alternating_diagonals_become_parallel() {
@@ -320,7 +353,7 @@ mod tests {
     fn exact(mesh: &IndexedMesh) -> bool {
         let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let classes = Classes::new(&table, |v| DVec3::from_array(mesh.positions[v.index()]));
-        Pattern::new(&table, classes).is_exact()
+        Pattern::new(&table, None, classes).is_exact()
     }
 
     /// Rows may run either way, round corners, and along seams; but a mesh that is no sampling of rows, or half of one, has no pattern.
@@ -366,7 +399,7 @@ mod tests {
         let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let bias = |fit: f64| {
             let classes = Classes { of: vec![0; mesh.positions.len()], fit };
-            let mut pattern = Pattern::new(&table, classes);
+            let mut pattern = Pattern::new(&table, None, classes);
             pattern.ranks = [3, 2, 1, 0, 1];
             assert!(!pattern.is_exact());
             pattern.bias(Vertex(0), [Vertex(1), Vertex(2)], Vec3::X)

@@ -48,6 +48,8 @@ pub struct Around {
     count: usize,
     /// Whether all corners at a vertex, of the star's, have one row.
     is_whole: bool,
+    /// The sum of the triangles' normals, twice as long as they are large.
+    up: Vec3,
 }
 
 impl Corners {
@@ -74,6 +76,11 @@ impl Corners {
         Ok(Some(Self { labels, values, ring: Ring::default(), areas: Vec::new() }))
     }
 
+    /// Whether not all corners are worth the same.
+    pub fn vary(&self) -> bool {
+        self.values.rows.len() > self.values.width
+    }
+
     /// Charts are given up: what belongs to them has no price any more.
     pub fn drop_charts(&mut self) {
         let Values { width, rows, of_charts, normals, .. } = &mut self.values;
@@ -93,12 +100,15 @@ impl Corners {
             areas: [0.0; MAX_SIDES],
             count: star.normals().len(),
             is_whole: true,
+            up: Vec3::ZERO,
         };
         let sides = star.ring().len();
         for (i, c) in table.fan(v).enumerate().take(MAX_SIDES) {
             around.rows[i] = [c, c.next(), c.prev()].map(|c| self.labels.of(c));
             let next = if i + 1 < sides { i + 1 } else { 0 };
-            around.areas[i] = 0.5 * star.point(i).cross(star.point(next)).length();
+            let twice = star.point(i).cross(star.point(next));
+            around.areas[i] = 0.5 * twice.length();
+            around.up += twice;
             around.is_whole &= around.rows[i][0] == around.rows[0][0];
             around.is_whole &= i == 0 || around.rows[i - 1][2] == around.rows[i][1];
         }
@@ -170,6 +180,58 @@ impl Corners {
         unit * sum
     }
 
+    /// What of the values is lost where an edge from one place on the link to another takes the place of the spokes that it crosses: half the
+    /// area of each triangle beside them times squared difference at the crossing, in distortions of the star.
+    ///
+    /// Where triangles meet in a plane, the values before and after differ at the vertex and at these crossings, and between them linearly.
+    pub fn along(&self, star: &Star, around: &Around, (i, j): (usize, usize)) -> f32 {
+        let (sides, count) = (star.ring().len(), around.count);
+        let (from, way) = (star.point(i), star.point(j) - star.point(i));
+        // On which side of the edge the vertex lies.
+        let off = from.cross(way).dot(around.up);
+        let (a, b, spokes) = if off > 0.0 {
+            (around.behind(i), around.before(star, j), i + 1..j)
+        } else {
+            (around.before(star, i), around.behind(j), j + 1..i + sides)
+        };
+        let of_edge = [a, b].map(|row| self.row(row));
+        let mut sum = 0.0;
+        for k in spokes.map(|k| k % sides) {
+            let across = star.point(k).cross(way).dot(around.up);
+            let t = off / across;
+            if !(0.0..=1.0).contains(&t) {
+                continue;
+            }
+            let s = (from.cross(star.point(k)).dot(around.up) / across).clamp(0.0, 1.0);
+            // The triangles before and behind the spoke, with the places in them of the corner at its end.
+            let before = if k > 0 { Some(k - 1) } else { (!star.boundary).then(|| count - 1) };
+            for (triangle, end) in [(before, 2), ((k < count).then_some(k), 1)] {
+                let Some(triangle) = triangle else { continue };
+                let of_spoke = [0, end].map(|place| around.rows[triangle][place]);
+                if of_spoke == [a, a] && a == b {
+                    continue;
+                }
+                let ([v, w], [a, b]) = (of_spoke.map(|row| self.row(row)), of_edge);
+                let of_numbers = (0..self.values.width).map(|n| {
+                    let off = (1.0 - t) * v[n] + t * w[n] - (1.0 - s) * a[n] - s * b[n];
+                    if off.is_finite() { off * off } else { 0.0 }
+                });
+                sum += 0.5 * around.areas[triangle] * of_numbers.sum::<f32>();
+            }
+        }
+        sum / (star.mean_edge * star.mean_edge) as f32
+    }
+
+    /// Whether normals turn by more than [`CREASE`] at a vertex, or from it to a neighbour.
+    pub fn is_creased(&self, table: &CornerTable, v: Vertex) -> bool {
+        self.values.normals.iter().any(|&at| {
+            let normal = |c: Corner| Vec3::from_slice(&self.row(self.labels.of(c))[at..at + 3]);
+            let Some(own) = table.fan(v).next().map(normal) else { return false };
+            let mut others = table.fan(v).flat_map(|c| [c, c.next(), c.prev()]).map(normal);
+            others.any(|other| own.dot(other) < CREASE * own.length() * other.length())
+        })
+    }
+
     /// What is lost by normals that point away from a new triangle at its corners, if none does in the star: they are as far off there as
     /// they can be.
     fn turned(
@@ -233,6 +295,20 @@ impl Around {
     fn both(&self, i: usize) -> [u32; 2] {
         let before = (i + self.count - 1) % self.count;
         [self.rows[before][2], self.rows[i % self.count][1]]
+    }
+
+    /// The row at a vertex of the link in the triangle behind it, or in the last one.
+    fn behind(&self, i: usize) -> u32 {
+        if i < self.count { self.rows[i][1] } else { self.rows[self.count - 1][2] }
+    }
+
+    /// The row at a vertex of the link in the triangle before it, or in the first one.
+    fn before(&self, star: &Star, i: usize) -> u32 {
+        match i {
+            0 if star.boundary => self.rows[0][1],
+            0 => self.rows[self.count - 1][2],
+            _ => self.rows[i - 1][2],
+        }
     }
 
     /// The row that the corners at a vertex of the link have on a side of the edge that is left, as [`Labels::settle`] has it.
@@ -340,6 +416,10 @@ fn weights([a, b, c]: [Vec3; 3], p: Vec3) -> [f32; 3] {
     (weights[from], weights[to]) = (1.0 - t, t);
     weights
 }
+
+/// The cosine of the angle, 30 degrees, from which on normals stand for an edge of the surface and not for a bend that few triangles
+/// follow: a circle of them is of more than twelve sides.
+const CREASE: f32 = 0.866;
 
 #[cfg(test)]
 mod tests {
@@ -472,6 +552,57 @@ mod tests {
     }
 
     /// Normals of triangles that are turned over are as far off as they can be; where they were before, too, they tell nothing.
+    /// Only the middle is worth something: an edge across it crosses the middle itself and so the spokes of either side, with half of the
+    /// triangles beside each of them; one between the next neighbours but one crosses one spoke half way.
+    #[test]
+    fn what_an_edge_crosses_is_lost() {
+        let (mesh, star) = hexagon();
+        let table = table(&mesh);
+        let lost = |of: &dyn Fn(Corner) -> f32, edge| {
+            let corners = Corners::new(&table, values(&table, of)).unwrap().unwrap();
+            corners.along(&star, &corners.around(&table, Vertex(6), &star), edge)
+        };
+        let peak = |c: Corner| if table.vertex(c) == Vertex(6) { 2.0 } else { 0.0 };
+        let triangle = 3f32.sqrt() / 4.0;
+        for (edge, expected) in [((0, 3), 2.0 * triangle * 4.0), ((0, 2), triangle), ((1, 5), triangle)] {
+            let lost = lost(&peak, edge);
+            assert!((lost - expected).abs() < 1e-4, "{edge:?}: {lost} instead of {expected}");
+        }
+        let linear = |c: Corner| {
+            let [x, y, _] = mesh.positions[table.vertex(c).index()];
+            (3.0 * x - y) as f32
+        };
+        for edge in [(0, 2), (0, 3), (1, 5), (2, 4)] {
+            assert!(lost(&linear, edge).abs() < 1e-4);
+        }
+        // Twice as much on one side of a break along the edge is no loss; across it, at the middle, half of what the far end has too much is.
+        let broken = |c: Corner| {
+            let side = if [3, 4, 5].contains(&c.triangle().index()) { 2.0 } else { 1.0 };
+            linear(c) * side
+        };
+        assert!(lost(&broken, (0, 3)).abs() < 1e-4);
+        let too_much = 0.5 * (1.5 - 0.75f32.sqrt());
+        assert!((lost(&broken, (1, 4)) - 2.0 * triangle * too_much * too_much).abs() < 1e-4);
+    }
+
+    #[test]
+    fn a_crease_is_where_normals_turn() {
+        let (mesh, _) = hexagon();
+        let table = table(&mesh);
+        for (degrees, expected) in [(0.0, false), (25.0, false), (35.0, true), (180.0, true)] {
+            let angle = f32::to_radians(degrees);
+            let mut values = values(&table, |c| if table.vertex(c) == Vertex(2) { 1.0 } else { 0.0 });
+            let first = values.rows[0];
+            let mut rows = vec![[0.0, 0.0, 0.5], [0.5 * angle.sin(), 0.0, 0.5 * angle.cos()]];
+            if first == 1.0 {
+                rows.reverse();
+            }
+            (values.width, values.normals, values.rows) = (3, vec![0], rows.concat());
+            let corners = Corners::new(&table, values).unwrap().unwrap();
+            assert_eq!(corners.is_creased(&table, Vertex(6)), expected, "{degrees}");
+        }
+    }
+
     #[test]
     fn normals_that_point_away_are_lost() {
         let (mesh, star) = hexagon();

@@ -32,7 +32,9 @@ pub fn file() -> Draft {
         optional(255, b"behind the last level"),
     ];
     let (origin, maximum) = ([-8.0, 0.0, 1.0], [255, 255, 40]);
-    Draft { settings: [0; 3], origin, step: 0.5, bits: 8, maximum, attributes: vec![], levels, atoms }
+    let (attributes, attribute_errors) = (vec![], vec![]);
+    let (settings, step, bits) = ([0; 3], 0.5, 8);
+    Draft { settings, origin, step, bits, maximum, attributes, levels, attribute_errors, atoms }
 }
 
 #[test]

@@ -29,13 +29,10 @@ pub fn table(files: &[PathBuf], peers: Option<&Path>) -> anyhow::Result<Table> {
 }
 
 /// With what the peers were given: normals, the first texture coordinates, colours.
-fn coded_by_all(mesh: IndexedMesh) -> IndexedMesh {
-    let is_kept = |attribute: &Attribute| {
-        attribute.set == 0
-            && matches!(attribute.semantic, Semantic::Normal | Semantic::TexCoord | Semantic::Color)
-    };
-    let attributes = mesh.attributes.into_iter().filter(is_kept).collect();
-    IndexedMesh { attributes, ..IndexedMesh::new(mesh.positions, mesh.triangles) }
+fn coded_by_all(mut mesh: IndexedMesh) -> IndexedMesh {
+    let is_coded = |semantic| matches!(semantic, Semantic::Normal | Semantic::TexCoord | Semantic::Color);
+    mesh.attributes.retain(|attribute| attribute.set == 0 && is_coded(attribute.semantic));
+    mesh
 }
 
 /// What the others made of a model.

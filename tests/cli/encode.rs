@@ -427,7 +427,10 @@ fn info_tells_errors_of_attributes() {
             let number = error["error"].as_f64().unwrap();
             if error["title"] == "normal" {
                 // The sphere's edges are an eighth of it: not farther than that are normals of the coarsest level.
-                assert!(number > 0.01 && number < error["high"].as_f64().unwrap() && number < 45.0, "{error}");
+                assert!(
+                    number > 0.01 && number < error["high"].as_f64().unwrap() && number < 45.0,
+                    "{error}"
+                );
                 normals.push(number);
             } else {
                 assert!((0.0..0.5).contains(&number), "{error}");

@@ -1,8 +1,10 @@
 //! The encoder: simplify, code, write. Here these rooms meet, and only here.
 
 mod alive;
+mod attribute_errors;
 mod attributes;
 mod constant;
+mod difference;
 mod features;
 mod finish;
 mod grids;
@@ -165,11 +167,14 @@ impl<'a> Encoder<'a> {
         let roots = Roots::choose(&base);
         let options = Options { position_bits: lattice.bits, ..self.options.clone() };
         let labelling = finish.label(&simplified, &quantised, &self.options);
+        let measured = labelling.as_ref().map(|_| finish.measured(&simplified, &quantised));
         let mut mesh_at_base = ProgressiveMesh { table: base, positions: quantised, roots };
         let places = Places::of_all_levels(&mut mesh_at_base, &mut simplified, &lattice, &options);
         joined.add_to(&mut simplified.errors);
         let base_level = simplified.history.level_count();
-        let alive = labelling.as_ref().map(|labelling| Alive::new(labelling, finish.entries(), base_level));
+        let entries = finish.entries();
+        let alive = labelling.as_ref().zip(measured.as_ref());
+        let alive = alive.map(|(labelling, measured)| Alive::new(labelling, measured, entries, base_level));
         let mut levels = Levels::new(mesh_at_base, &simplified, &places, &options, alive);
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
         let (finest, alive) = levels.finest();
@@ -340,17 +345,17 @@ impl<'a> Encoder<'a> {
 }
 
 fn level_entries(simplified: &Simplified, levels: &Levels, places: &Places, lattice: &Lattice) -> Vec<Level> {
-    let entries = levels.counts().iter().zip(&simplified.errors).enumerate();
+    let entries = levels.counts().iter().zip(&simplified.errors).zip(levels.attribute_errors()).enumerate();
     // Nothing of either surface is further from the other than the lattice is long, whatever numbers near the largest add up to.
     let most = (4.0 * f64::from(1u32 << lattice.bits) * lattice.step).min(f64::MAX / 2.0);
     entries
-        .map(|(j, (&(vertices, triangles), error))| {
+        .map(|(j, ((&(vertices, triangles), error), attributes))| {
             let precision = places.cells(j).precision;
             // A cell's middle is at most half a cell's diagonal from what it stands for.
-            let cell = if precision > 0 { f64::from((1u32 << precision) - 1) * lattice.step } else { 0.0 };
-            let max_error = (error.max + cell * 0.75f64.sqrt()).min(most);
-            let rms_error = (error.rms * error.rms + cell * cell * 0.25).sqrt().min(most);
-            Level { vertices, triangles, precision, max_error, rms_error }
+            let max_error = (error.max + places.blur_of(j) * 0.75f64.sqrt()).min(most);
+            let rms_error = places.rms_error(error, j).min(most);
+            let attributes = attributes.clone();
+            Level { vertices, triangles, precision, max_error, rms_error, attributes }
         })
         .collect()
 }

@@ -32,6 +32,9 @@ pub struct Args {
     /// Seed of the generated meshes of the section `acceptance`
     #[arg(long, value_name = "N", default_value_t = 1)]
     pub seed: u64,
+    /// Markdown table of what the peers made of the models of the section `attributes`; gltf/PEERS.md of the default meshes, if it is there
+    #[arg(long, value_name = "FILE")]
+    peers: Option<PathBuf>,
     /// Folder for the drawings of the section `curves`; examples/curves where everything is measured, else nowhere
     #[arg(long, value_name = "FOLDER")]
     curves: Option<PathBuf>,
@@ -82,6 +85,8 @@ pub enum Section {
     Profiles,
     /// Exact coordinates and order, beside general compressors
     Exact,
+    /// Models with attributes, beside what other coders made of them
+    Attributes,
 }
 
 impl Section {
@@ -104,6 +109,11 @@ impl Section {
 }
 
 impl Args {
+    /// Where to read what the peers made of models.
+    pub fn peers(&self) -> Option<PathBuf> {
+        self.peers.clone().or_else(|| default_file("gltf/PEERS.md").ok())
+    }
+
     /// The sections to measure, in their order.
     pub fn sections(&self) -> Vec<Section> {
         let chosen = |section: &Section| match self.sections.as_slice() {

@@ -30,7 +30,7 @@ const fn figure(
 }
 
 /// What and where; decimals, the mean to be reached, the largest allowed.
-pub const FIGURES: [Figure; 38] = [
+pub const FIGURES: [Figure; 41] = [
     figure("bytes over Draco's, 12 bits", "Sizes", "bytes/Draco", 2, Some(1.12), Some(1.30)),
     figure("bytes over Draco's, profile small", "Sizes", "small/Draco", 2, Some(1.05), None),
     figure(
@@ -51,6 +51,16 @@ pub const FIGURES: [Figure; 38] = [
         Some(1.60),
     ),
     figure("bytes over Draco's, dragon, 14 bits", "The dragon", "bytes/Draco", 2, None, None),
+    figure(
+        "bytes over Draco's, models with attributes",
+        "Attributes",
+        "bytes/Draco",
+        2,
+        Some(1.15),
+        Some(1.30),
+    ),
+    figure("their attributes over Draco's", "Attributes", "attributes/Draco", 2, None, None),
+    figure("bytes over gltfpack's and brotli's", "Attributes", "bytes/gltfpack", 2, Some(0.75), None),
     figure(
         "bytes over the best progressive coder's",
         "Progressive coders",

@@ -69,7 +69,7 @@ impl Figure {
     }
 }
 
-const NOTE: &str = "One default setting for all. Below 1 is better than the peer, above 1 worse. Positions and connectivity alone.";
+const NOTE: &str = "One default setting for all. Below 1 is better than the peer, above 1 worse. Positions and connectivity alone, but for models with attributes.";
 
 #[cfg(test)]
 mod tests {

@@ -8,6 +8,7 @@
 //! one on top.
 
 mod args;
+mod attributes;
 mod cad;
 mod cases;
 mod curves;
@@ -126,6 +127,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,
         Section::Profiles => vec![profiles::table(&args.cases(&MESHES, 12)?, runs)?],
         Section::Exact => vec![exact::table(&args.files(&EXACT)?)?],
+        Section::Attributes => vec![attributes::table(&args.files(&MODELS)?, args.peers().as_deref())?],
     })
 }
 
@@ -149,6 +151,24 @@ const SMALL: [&str; 6] = [
     "gltf/tex_suzanne_unindexed.glb",
     "tex_duck.glb",
     "tex_spot/spot_triangulated.obj.gz",
+];
+/// Files of the table of attributes.
+const MODELS: [&str; 15] = [
+    "tex_duck.glb",
+    "gltf/tex_boombox.glb",
+    "gltf/tex_waterbottle.glb",
+    "gltf/tex_scifihelmet_unindexed.glb",
+    "gltf/tex_suzanne_unindexed.glb",
+    "gltf/tex_flighthelmet.glb",
+    "gltf/tex_barnlamp.glb",
+    "gltf/tex_terrain.glb",
+    "gltf/tex_cat_statue.glb",
+    "gltf/tex_house_5657charts.glb",
+    "gltf/textransform_sheencloth.glb",
+    "gltf/tex_vive.glb",
+    "gltf/tex_cosmos_constcolor.glb",
+    "gltf/tex_touch.glb",
+    "gltf/skin_cesiumman.glb",
 ];
 /// Files of the table of exact coordinates; the last two hold binary32 and binary64 noise.
 const EXACT: [&str; 10] = [

@@ -7,7 +7,8 @@ use serde_json::{Map, Value, json};
 use std::fmt::Write;
 use std::sync::Arc;
 use unweld::codec::residue::ResidueCounts;
-use unweld::container::{AttributeEntry, Coding, Contents, Metadata, VERSION};
+use unweld::container::{AttributeEntry, AttributeError, Coding, Contents, Level, Metadata, VERSION};
+use unweld::mesh::attributes::Semantic;
 
 /// A file as its header, table of contents, metadata and residue tell of it.
 pub struct Description {
@@ -127,7 +128,7 @@ impl Description {
 
     fn level_json(&self, level: &LevelLine) -> Value {
         let born = self.contents.born(level.number);
-        let entry = self.contents.levels[level.number as usize];
+        let entry = &self.contents.levels[level.number as usize];
         json!({
             "level": level.number,
             "vertices": entry.vertices,
@@ -141,6 +142,11 @@ impl Description {
             "rms_error": entry.rms_error,
             "max_error_percent": percent(entry.max_error, self.diagonal()),
             "rms_error_percent": percent(entry.rms_error, self.diagonal()),
+            "attribute_errors": entry.attributes.iter().map(|error| json!({
+                "title": self.contents.attributes[error.attribute].title(),
+                "error": error.error,
+                "high": error.high,
+            })).collect::<Vec<_>>(),
         })
     }
 
@@ -153,7 +159,7 @@ impl Description {
         let mut lines = vec![heads.map(str::to_owned).to_vec()];
         let base = self.contents.base_level();
         for level in self.levels() {
-            let entry = self.contents.levels[level.number as usize];
+            let entry = &self.contents.levels[level.number as usize];
             let mark = match self.contents.keyframe(level.number) {
                 _ if level.number == base => "base",
                 Some(_) => "key ",
@@ -169,6 +175,43 @@ impl Description {
                 error(entry.rms_error),
                 mark.to_owned(),
             ]);
+        }
+        table(&lines).lines().map(|line| line.trim_end().to_owned() + "\n").collect()
+    }
+
+    /// How far the attributes of levels are off, as a table, coarse to fine; empty where there is nothing to tell.
+    pub fn attribute_table(&self) -> String {
+        let told = |k: &usize| self.contents.levels.iter().any(|level| error_of(level, *k).is_some());
+        let told: Vec<usize> = (0..self.contents.attributes.len()).filter(told).collect();
+        if told.is_empty() {
+            return String::new();
+        }
+        let mut heads = vec!["level".to_owned()];
+        for entry in told.iter().map(|&k| &self.contents.attributes[k]) {
+            match entry.semantic {
+                Semantic::Part => heads.push(format!("another {}", entry.title())),
+                _ => heads.extend([format!("{} error", entry.title()), "95 %".to_owned()]),
+            }
+        }
+        let mut lines = vec![heads];
+        for j in (1..self.contents.header.level_count).rev() {
+            let level = &self.contents.levels[j as usize];
+            let mut line = vec![j.to_string()];
+            for &k in &told {
+                let entry = &self.contents.attributes[k];
+                let is_part = entry.semantic == Semantic::Part;
+                let text = |x: f64| match () {
+                    () if is_part => significant(100.0 * x, 3) + " %",
+                    () if entry.is_of_directions() => significant(x, 3) + "°",
+                    () => significant(x, 3),
+                };
+                let error = error_of(level, k);
+                line.push(error.map_or(String::new(), |error| text(error.error)));
+                if !is_part {
+                    line.push(error.and_then(|error| error.high).map_or(String::new(), text));
+                }
+            }
+            lines.push(line);
         }
         table(&lines).lines().map(|line| line.trim_end().to_owned() + "\n").collect()
     }
@@ -296,6 +339,11 @@ impl Description {
             LevelLine { number, offset: bytes.start, bytes: bytes.end - bytes.start }
         })
     }
+}
+
+/// How far an attribute of a level is off, if that is told.
+fn error_of(level: &Level, attribute: usize) -> Option<&AttributeError> {
+    level.attributes.iter().find(|error| error.attribute == attribute)
 }
 
 /// An attribute, its numbers a value, their bits, and from which level on it is there.

@@ -63,6 +63,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if !resources.is_empty() {
         text += &format!("\n{resources}");
     }
+    let attributes = description.attribute_table();
+    if !attributes.is_empty() {
+        text += &format!("\n{attributes}");
+    }
     let operations = uwm.contents.operations(0..uwm.contents.atoms.len());
     text += &format!("\n  {} operations between base and level 0\n", grouped(operations));
     say(&text)?;

@@ -87,6 +87,26 @@ impl AttributeEntry {
         }
     }
 
+    /// Whether levels tell how far they are from the input in it, from its birth on: not of what is constant, nor of joints and their weights,
+    /// of which a difference says nothing.
+    pub fn has_level_errors(&self) -> bool {
+        self.constant.is_none() && !matches!(self.semantic, Semantic::Joints | Semantic::Weights)
+    }
+
+    /// Whether differences of its values are angles.
+    pub fn is_of_directions(&self) -> bool {
+        matches!(self.semantic, Semantic::Normal | Semantic::Tangent) && self.components >= 3
+    }
+
+    /// What its levels' errors are counted in, and how many there are of each level.
+    pub(super) fn level_errors(&self) -> (f64, usize) {
+        let unit = match self.quantisation {
+            Quantisation::Lattice { step, .. } if !self.is_of_directions() => magnitude::unit(step),
+            _ => 1.0,
+        };
+        (unit, if self.semantic == Semantic::Part { 1 } else { 2 })
+    }
+
     /// Reads the next one. Whether there is the level that it is born at is not known yet.
     pub(super) fn read(fields: &mut Fields) -> std::result::Result<Self, FormatError> {
         let at = fields.offset();

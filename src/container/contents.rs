@@ -10,7 +10,7 @@ use super::want::Measure;
 use crate::error::FormatError;
 
 /// One level of detail; numbers run from the base down to 0, the finest.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Level {
     /// Vertices of the whole mesh at this level.
     pub vertices: u32,
@@ -24,6 +24,23 @@ pub struct Level {
     /// Root mean square distance of the input's vertices from the level, of those on the boundary from its boundary, each weighted by the
     /// area round it; in the units of the input; finite. Rounded up as the other.
     pub rms_error: f64,
+    /// How far its attributes are from those of the input, in the order of [`Contents::attributes`]: of those that it has and of which there
+    /// is something to tell ([`AttributeEntry::has_level_errors`]). Empty at level 0, where only quantisation loses anything.
+    pub attributes: Vec<AttributeError>,
+}
+
+/// How far an attribute of a level is from that of the input, as the encoder found it at some points of the surface: no bound (spec §3.3).
+///
+/// Differences of normals and tangents are angles, in degrees; those of other attributes lengths, in the units of the attribute, where
+/// integers that stand for fractions count as these. Finite; a file has them rounded up to the next of the numbers of spec §3.3.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct AttributeError {
+    /// Its place in [`Contents::attributes`].
+    pub attribute: usize,
+    /// Root mean square over the surface of the input; of parts the share of the surface that has another part, 0 to 1.
+    pub error: f64,
+    /// What is not exceeded on 95 % of the surface; of parts nothing is told.
+    pub high: Option<f64>,
 }
 
 impl Level {

@@ -9,6 +9,7 @@ mod attributes;
 mod checksum;
 mod constant;
 mod contents;
+mod errors;
 mod fields;
 mod header;
 mod magnitude;
@@ -25,7 +26,7 @@ mod want;
 mod write;
 
 pub use attributes::AttributeEntry;
-pub use contents::{Atom, AtomKind, Contents, Level};
+pub use contents::{Atom, AtomKind, AttributeError, Contents, Level};
 pub use header::{Coding, Header, MAGIC, VERSION};
 pub use metadata::{FINDINGS, Metadata};
 pub use parse::{Parsed, Parser, parse_contents};

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use super::attributes::AttributeEntry;
 use super::checksum::SHORT;
-use super::contents::{Atom, AtomKind, Contents, Level};
+use super::contents::{Atom, AtomKind, AttributeError, Contents, Level};
+use super::errors::Codes;
 use super::fields::{Fields, is_short};
 use super::header::{Coding, Header, Start};
 use super::magnitude;
@@ -31,6 +32,7 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
         resources: Vec::new(),
         placed: 0,
         waiting: Vec::new().into_iter(),
+        codes: Codes::default(),
         atoms: Vec::new(),
         offset: at + u64::from(start.table_bytes),
         counts: [0; 2],
@@ -70,6 +72,8 @@ struct Table<'a> {
     placed: usize,
     /// The atoms of those that have not.
     waiting: std::vec::IntoIter<Atom>,
+    /// Errors of the attributes of the level before.
+    codes: Codes,
     atoms: Vec<Atom>,
     /// Where the next atom starts.
     offset: u64,
@@ -126,6 +130,7 @@ impl Table<'_> {
             })?;
             most = place;
         }
+        self.codes = Codes::new(&self.attributes);
         let at = fields.offset();
         let vertices = fields.count(MAX_ELEMENTS, "the number of vertices of the base")?;
         let triangles = fields.count(MAX_ELEMENTS, "the number of triangles of the base")?;
@@ -227,13 +232,13 @@ impl Table<'_> {
         let mut entry = self.base(header, unit)?;
         let mut steps: Vec<_> = std::iter::once(0..self.atoms.len()).collect();
         self.place_resources(header.base_level());
-        let mut levels = vec![entry.level];
+        let mut levels = Vec::new();
         let mut walked = 0;
         for j in (0..header.base_level()).rev() {
             walked += u64::from(entry.level.triangles);
             let first = self.atoms.len();
-            entry = self.level(j, &entry, unit)?;
-            levels.push(entry.level);
+            let finer = self.level(j, &entry, unit)?;
+            levels.push(std::mem::replace(&mut entry, finer).level);
             steps.push(first..self.atoms.len());
             self.place_resources(j);
         }
@@ -246,6 +251,7 @@ impl Table<'_> {
             return Err(FormatError::new(self.fields.offset(), "3.6", what));
         }
         (header.vertices, header.triangles) = (entry.level.vertices, entry.level.triangles);
+        levels.push(entry.level);
         levels.reverse();
         steps.reverse();
         Ok((levels, steps))
@@ -259,7 +265,8 @@ impl Table<'_> {
             *code = self.fields.u16()?;
             self.fields.require(*code <= magnitude::MAX_CODE, at, || "an error is not finite".to_owned())?;
         }
-        let entry = self.entry(precision, codes, unit)?;
+        let attributes = self.codes.read(&mut self.fields, &self.attributes, header.base_level())?;
+        let entry = self.entry(precision, codes, unit, attributes)?;
         self.run(AtomKind::Base, header.base_level(), None)?;
         Ok(entry)
     }
@@ -281,6 +288,7 @@ impl Table<'_> {
             if sharper { self.fields.count(above.level.precision, "the bits that are gained")? } else { 0 };
         self.fields.require(finer > 0 || !sharper, at, || TOO_LONG.to_owned())?;
         let codes = self.codes(above.codes)?;
+        let of_attributes = self.codes.read(&mut self.fields, &self.attributes, j)?;
         let [vertices, triangles] = self.counts;
         let room = |count: u32, more: u32, born: u32| {
             count.checked_add(more)?.checked_add(born).filter(|&sum| sum <= MAX_ELEMENTS)
@@ -311,7 +319,7 @@ impl Table<'_> {
         if tells_values(&self.attributes, j) {
             self.run(AtomKind::Attributes, j, None)?;
         }
-        self.entry(above.level.precision - finer, codes, unit)
+        self.entry(above.level.precision - finer, codes, unit, of_attributes)
     }
 
     /// Vertices and triangles of components that are born.
@@ -337,13 +345,19 @@ impl Table<'_> {
         Ok(codes)
     }
 
-    fn entry(&self, precision: u32, codes: [u16; 2], unit: f64) -> Result<Entry, FormatError> {
+    fn entry(
+        &self,
+        precision: u32,
+        codes: [u16; 2],
+        unit: f64,
+        attributes: Vec<AttributeError>,
+    ) -> Result<Entry, FormatError> {
         let [max_error, rms_error] = codes.map(|code| magnitude::value(code, unit));
         self.fields.require(max_error.is_finite() && rms_error.is_finite(), self.fields.offset(), || {
             "an error is not finite".to_owned()
         })?;
         let [vertices, triangles] = self.counts;
-        Ok(Entry { level: Level { vertices, triangles, precision, max_error, rms_error }, codes })
+        Ok(Entry { level: Level { vertices, triangles, precision, max_error, rms_error, attributes }, codes })
     }
 
     /// A payload behind level 0.

@@ -25,6 +25,7 @@ pub fn small_file() -> FileBuilder {
         precision,
         max_error,
         rms_error: 0.125,
+        attributes: Vec::new(),
     };
     let levels = vec![level(12, 20, 0, 0.09375), level(8, 12, 2, 0.25), level(5, 6, 3, 0.5)];
     let mut file = FileBuilder::new(lattice, [4095, 0, 17], levels);
@@ -189,7 +190,7 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
         let shifts: Vec<u32> = finer.iter().map(|&(_, shift, ..)| shift).collect();
         let mut level =
             Level { vertices: 4, triangles: 4, precision: shifts.iter().sum(), ..Level::default() };
-        let mut levels = vec![level];
+        let mut levels = vec![level.clone()];
         let lattice = Lattice { origin: [x, -x, 0.0], step, bits };
         let mut file = FileBuilder::new(lattice, maximum.map(|m| m & ((1 << bits) - 1)), Vec::new());
         let born = attributes.into_iter();
@@ -233,7 +234,7 @@ pub fn any_file() -> impl Strategy<Value = FileBuilder> {
             place_resources(&mut file, j);
             level.precision -= shift;
             (level.max_error, level.rms_error) = errors[i];
-            levels.push(level);
+            levels.push(level.clone());
         }
         file.payload(AtomKind::Residue, 0, &residue);
         if told.contains(&0) {

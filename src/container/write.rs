@@ -6,6 +6,7 @@ use std::sync::Arc;
 use super::attributes::AttributeEntry;
 use super::checksum::{self, SHORT};
 use super::contents::{AtomKind, Contents, Level};
+use super::errors::Codes;
 use super::header::{Coding, Header, Start};
 use super::magnitude;
 use super::parse_contents;
@@ -71,13 +72,13 @@ impl FileBuilder {
 
     /// The header that the file will have, as far as levels and lattice make it.
     pub fn header(&self) -> Header {
-        let [finest, base] =
-            [self.levels.first(), self.levels.last()].map(|level| level.copied().unwrap_or_default());
+        let [finest, base] = [self.levels.first(), self.levels.last()]
+            .map(|level| level.map_or([0; 2], |level| [level.vertices, level.triangles]));
         Header {
-            vertices: finest.vertices,
-            triangles: finest.triangles,
-            base_vertices: base.vertices,
-            base_triangles: base.triangles,
+            vertices: finest[0],
+            triangles: finest[1],
+            base_vertices: base[0],
+            base_triangles: base[1],
             level_count: self.levels.len() as u32,
             lattice: self.lattice,
             coding: self.coding,
@@ -190,6 +191,7 @@ impl FileBuilder {
         let mut pieces = &self.pieces[..];
         let unit = magnitude::unit(self.lattice.step);
         let mut before: Option<(&Level, [u16; 2])> = None;
+        let mut of_attributes = Codes::new(&self.attributes);
         for (j, level) in self.levels.iter().enumerate().rev() {
             let codes = [level.max_error, level.rms_error].map(|error| magnitude::code(error, unit));
             let [Some(max), Some(rms)] = codes else {
@@ -205,6 +207,7 @@ impl FileBuilder {
                         varint::write(count.into(), &mut table);
                     }
                     table.extend([max, rms].iter().flat_map(|code| code.to_le_bytes()));
+                    of_attributes.write(&level.attributes, &self.attributes, j as u32, &mut table)?;
                     run(AtomKind::Base, 0, &mut table)?;
                 }
                 Some((above, codes)) => {
@@ -224,6 +227,7 @@ impl FileBuilder {
                     for (code, before) in [max, rms].into_iter().zip(codes) {
                         varint::write(magnitude::difference(code, before), &mut table);
                     }
+                    of_attributes.write(&level.attributes, &self.attributes, j as u32, &mut table)?;
                     if finer > 0 {
                         run(AtomKind::Precision, 0, &mut table)?;
                     }

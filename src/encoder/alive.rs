@@ -1,11 +1,12 @@
 //! Attributes in the replay from the base to level 0: where they are born, and behind every operation since.
 
+use super::attribute_errors::{AttributeErrors, LevelMesh};
 use super::labelling::Labelling;
 use crate::codec::attributes::{Attributes, Finest, Ground, Labelled, RefinedModels};
 use crate::codec::refinement::Inserted;
 use crate::codec::walk::Walk;
 use crate::codec::whole::WholeError;
-use crate::container::AttributeEntry;
+use crate::container::{AttributeEntry, AttributeError};
 use crate::entropy::RangeEncoder;
 use crate::limits::Budget;
 use crate::mesh::Corner;
@@ -15,6 +16,7 @@ use crate::refine::{Labels, ProgressiveMesh};
 #[derive(Debug)]
 pub struct Alive<'a> {
     labelling: &'a Labelling,
+    measured: &'a AttributeErrors,
     entries: &'a [AttributeEntry],
     /// The number of the base.
     base: usize,
@@ -28,9 +30,15 @@ pub struct Alive<'a> {
 
 impl<'a> Alive<'a> {
     /// Before the base, the number of which is `base`.
-    pub fn new(labelling: &'a Labelling, entries: &'a [AttributeEntry], base: usize) -> Self {
+    pub fn new(
+        labelling: &'a Labelling,
+        measured: &'a AttributeErrors,
+        entries: &'a [AttributeEntry],
+        base: usize,
+    ) -> Self {
         Self {
             labelling,
+            measured,
             entries,
             base,
             labels: labelling.base.clone(),
@@ -51,6 +59,13 @@ impl<'a> Alive<'a> {
         level < self.base && self.entries.iter().any(|entry| entry.birth as usize == level)
     }
 
+    /// How far the attributes of a level, the mesh as it stands, are from those of the input; `rms` is its root mean square error of positions, in
+    /// steps of the lattice.
+    pub fn errors(&self, number: usize, mesh: &ProgressiveMesh, rms: f64) -> Vec<AttributeError> {
+        let (labels, truth) = (&self.labels, &self.labelling.truth);
+        self.measured.of_level(self.entries, LevelMesh { mesh, labels, truth, number, rms })
+    }
+
     /// Codes the attributes of the base. Told is the work that reading them takes.
     pub fn base(&mut self, mesh: &ProgressiveMesh, walk: &Walk, coder: &mut RangeEncoder) -> u64 {
         let born = self.alive_at(self.base);
@@ -65,7 +80,7 @@ impl<'a> Alive<'a> {
         walk: &Walk,
         coder: &mut RangeEncoder,
     ) -> u64 {
-        let mut afresh = Self::new(self.labelling, self.entries, self.base);
+        let mut afresh = Self::new(self.labelling, self.measured, self.entries, self.base);
         afresh.labels = self.labels.clone();
         let born = self.alive_at(level);
         afresh.bear(&born, mesh, walk, coder)

@@ -2,6 +2,7 @@
 //! named by places in the walk of level 0.
 
 use super::alive::Alive;
+use super::attribute_errors::AttributeErrors;
 use super::labelling::Labelling;
 use super::names::{Names, turned};
 use super::{AttributeBirth, Options, attributes, features, grids};
@@ -121,6 +122,13 @@ impl<'a> Finish<'a> {
             entry.birth = coarsest.min(most) as u32;
         }
         Some(labelling)
+    }
+
+    /// Where the attributes of levels are to be compared with those of the input.
+    pub fn measured(&self, simplified: &Simplified, positions: &[[i32; 3]]) -> AttributeErrors {
+        let probes = simplified.traces.iter().map(|traces| traces.probes.clone()).collect();
+        let (table, remainder) = (&simplified.input, &self.remainder);
+        AttributeErrors::new(self.input, &self.entries, remainder, table, positions, probes)
     }
 
     /// Writes what belongs to level 0, `mesh`, whose vertices have the numbers of the conditioned table.

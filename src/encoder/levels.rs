@@ -9,7 +9,7 @@ use crate::codec::keyframe::{self, Written};
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{LevelPass, SegmentModels};
 use crate::codec::walk::Walk;
-use crate::container::{AtomKind, FileBuilder};
+use crate::container::{AtomKind, AttributeError, FileBuilder};
 use crate::entropy::RangeEncoder;
 use crate::error::Result;
 use crate::limits::{WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION};
@@ -43,6 +43,8 @@ pub struct Levels<'a> {
     keyframes: Vec<(u32, Written)>,
     /// Vertices and triangles of each level, by number.
     counts: Vec<(u32, u32)>,
+    /// How far the attributes of each level are off, by number.
+    attribute_errors: Vec<Vec<AttributeError>>,
     /// The pass of the level before.
     pass: Option<LevelPass>,
     birth_bits: f64,
@@ -78,6 +80,7 @@ impl<'a> Levels<'a> {
             written: written.payload.len(),
             keyframes: vec![(base_level as u32, written)],
             counts,
+            attribute_errors: vec![Vec::new(); base_level + 1],
             pass: None,
             birth_bits: 0.0,
             connectivity_bits: 0.0,
@@ -93,6 +96,7 @@ impl<'a> Levels<'a> {
         let total = self.simplified.history.operations().len() as u64;
         let mut done = 0;
         let mut models = SegmentModels::new(self.options.rich_models);
+        self.compare(self.simplified.history.level_count());
         for j in (0..self.simplified.history.level_count()).rev() {
             progress(done, total)?;
             self.sharpen(j as u32, &mut models);
@@ -105,6 +109,7 @@ impl<'a> Levels<'a> {
             }
             self.counts[j].1 = self.mesh.table.triangle_count() as u32;
             self.bear_attributes(j);
+            self.compare(j);
             if self.options.keyframes.contains(j as u32) {
                 let (mesh, alive) = (&self.mesh, &mut self.alive);
                 let written = keyframe::encode(mesh, self.places.cells(j).precision, |walk, coder| {
@@ -128,6 +133,11 @@ impl<'a> Levels<'a> {
     /// Vertices and triangles of each level, by number.
     pub fn counts(&self) -> &[(u32, u32)] {
         &self.counts
+    }
+
+    /// How far the attributes of each level are off, by number.
+    pub fn attribute_errors(&self) -> &[Vec<AttributeError>] {
+        &self.attribute_errors
     }
 
     /// What reading all this takes.
@@ -265,6 +275,13 @@ impl<'a> Levels<'a> {
         self.connectivity_bits -= pass.position_bits;
         self.position_bits += pass.position_bits;
         self.pass = Some(pass);
+    }
+
+    /// Compares the attributes of level `j`, the mesh as it stands, with those of the input.
+    fn compare(&mut self, j: usize) {
+        let Some(alive) = &self.alive else { return };
+        let rms = self.places.rms_error(&self.simplified.errors[j], j) / self.places.step;
+        self.attribute_errors[j] = alive.errors(j, &self.mesh, rms);
     }
 
     /// Attributes are born at level `j`, behind all else; those of level 0 come with its residue.

@@ -10,7 +10,7 @@ use crate::codec::walk::Walk;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Lattice, Vertex};
 use crate::refine::{History, ProgressiveMesh, Roots, Site, from_cell};
-use crate::simplify::{Moved, Simplified, Traces};
+use crate::simplify::{LevelError, Moved, Simplified, Traces};
 use glam::DVec3;
 
 /// The places, by vertex, and the cells, by level.
@@ -22,6 +22,8 @@ pub struct Places {
     pub lost: Vec<[i32; 3]>,
     /// How far splits move the ends of their edges, in 64ths.
     pub lifting: u8,
+    /// The lattice's step, in the input's units.
+    pub step: f64,
     bits: u32,
     /// The shifts of the levels, by number.
     shifts: Vec<u32>,
@@ -60,6 +62,7 @@ impl Places {
                 born: finest.clone(),
                 lost: Vec::new(),
                 lifting,
+                step: lattice.step,
                 bits: lattice.bits,
                 shifts: vec![0; simplified.history.level_count() + 1],
             };
@@ -87,6 +90,20 @@ impl Places {
         }
         base.positions.clone_from(&places.born);
         places
+    }
+
+    /// The side of the cells that the vertices of a level are somewhere in, less a step; in the input's units.
+    pub fn blur_of(&self, level: usize) -> f64 {
+        match self.shifts[level] {
+            0 => 0.0,
+            precision => f64::from((1u32 << precision) - 1) * self.step,
+        }
+    }
+
+    /// The root mean square error of a level, of which `error` tells but for what precision it lacks.
+    pub fn rms_error(&self, error: &LevelError, level: usize) -> f64 {
+        let cell = self.blur_of(level);
+        (error.rms * error.rms + cell * cell * 0.25).sqrt()
     }
 
     /// The cells of a level.

@@ -125,7 +125,7 @@ pub(super) fn check_indices(mesh: &IndexedMesh) {
 /// A level is as large as the table of contents says, and all of it is within reach of its roots.
 fn check_level(decoder: &Decoder, event: &Event) {
     if let (Event::Level { level, .. }, Some(contents)) = (event, decoder.contents()) {
-        let (mesh, entry) = (decoder.mesh(), contents.levels[*level as usize]);
+        let (mesh, entry) = (decoder.mesh(), &contents.levels[*level as usize]);
         let counts = (mesh.positions.len() as u32, mesh.table.triangle_count() as u32);
         assert_eq!(counts, (entry.vertices, entry.triangles), "level {level} {:?}", contents.atoms);
     }

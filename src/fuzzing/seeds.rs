@@ -66,8 +66,8 @@ impl Seed {
     }
 
     /// What the table says of a level.
-    pub fn level(&self, j: u32) -> Level {
-        self.levels[j as usize]
+    pub fn level(&self, j: u32) -> &Level {
+        &self.levels[j as usize]
     }
 
     fn of(file: &[u8]) -> Self {
@@ -173,7 +173,7 @@ impl Seed {
         }
         self.pieces.retain(|piece| piece.kind != AtomKind::Precision);
         for j in 1..self.levels.len() {
-            let (fine, coarse) = (self.levels[j - 1], self.levels[j]);
+            let [fine, coarse] = [j - 1, j].map(|j| &self.levels[j]);
             let items = coarse.vertices.wrapping_mul(coarse.precision.wrapping_sub(fine.precision));
             if items > 0 {
                 let n = choices.below(256);

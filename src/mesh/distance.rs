@@ -6,7 +6,9 @@ mod point_triangle;
 mod sampling;
 mod search;
 
-pub use point_triangle::{point_segment_distance_squared, point_triangle_distance_squared};
+pub use point_triangle::{
+    point_segment_distance_squared, point_triangle_distance_squared, shares_of_nearest,
+};
 
 use super::indexed::IndexedMesh;
 use frame::Frame;

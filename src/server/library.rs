@@ -7,7 +7,7 @@ use lru::LruCache;
 use tokio::sync::Semaphore;
 
 use super::tables::Table;
-use crate::container::{Atom, Contents, Level, Parsed, Parser};
+use crate::container::{Atom, AttributeError, Contents, Level, Parsed, Parser};
 use crate::error::FormatError;
 use crate::store::{Fault, Object};
 
@@ -114,7 +114,9 @@ impl Kept {
     /// Memory that it takes, about.
     fn bytes(&self) -> usize {
         let Contents { atoms, levels, .. } = &*self.contents;
-        256 + atoms.len() * size_of::<Atom>() + levels.len() * 2 * size_of::<Level>() + self.text.len()
+        let errors: usize = levels.iter().map(|level| level.attributes.len()).sum();
+        let levels = levels.len() * 2 * size_of::<Level>() + errors * size_of::<AttributeError>();
+        256 + atoms.len() * size_of::<Atom>() + levels + self.text.len()
     }
 }
 

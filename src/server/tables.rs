@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::container::{AttributeEntry, Contents, ResourceEntry};
+use crate::container::{AttributeEntry, AttributeError, Contents, ResourceEntry};
 use crate::store::Version;
 
 /// What a client wants to know of a version before it asks for atoms (spec §12.3).
@@ -61,11 +61,20 @@ struct Row {
     precision: u32,
     max_error: f64,
     rms_error: f64,
+    attribute_errors: Vec<Error>,
     offset: u64,
     bytes: u64,
     atoms: [usize; 2],
     prefix_bytes: u64,
     keyframe: Option<Place>,
+}
+
+/// How far an attribute of a level is off.
+#[derive(Debug, Serialize)]
+struct Error {
+    title: String,
+    error: f64,
+    high: Option<f64>,
 }
 
 #[derive(Debug, Serialize)]
@@ -139,6 +148,13 @@ impl Resource {
     }
 }
 
+impl Error {
+    fn new(contents: &Contents, &AttributeError { attribute, error, high }: &AttributeError) -> Option<Self> {
+        let title = contents.attributes.get(attribute)?.title();
+        Some(Self { title, error, high })
+    }
+}
+
 impl Row {
     fn new(contents: &Contents, j: u32) -> Option<Self> {
         let level = contents.level(j)?;
@@ -155,6 +171,11 @@ impl Row {
             precision: level.precision,
             max_error: level.max_error,
             rms_error: level.rms_error,
+            attribute_errors: level
+                .attributes
+                .iter()
+                .filter_map(|error| Error::new(contents, error))
+                .collect(),
             offset,
             bytes,
             atoms: [atoms.start, atoms.end],

@@ -152,12 +152,18 @@ fn resources(contents: &Contents) -> Vec<Value> {
 fn of_level(contents: &Contents, level: u32) -> Value {
     let end = contents.bytes(contents.prefix(level)).end;
     contents.level(level).map_or(Value::Null, |entry| {
+        let names =
+            if entry.attributes.is_empty() { Vec::new() } else { corners::names(&contents.attributes) };
+        let errors = entry.attributes.iter().map(
+            |error| json!({ "name": names.get(error.attribute), "error": error.error, "high": error.high }),
+        );
         json!({
             "level": level,
             "vertices": entry.vertices,
             "triangles": entry.triangles,
             "maxError": entry.max_error,
             "rmsError": entry.rms_error,
+            "attributeErrors": errors.collect::<Vec<_>>(),
             "end": end,
         })
     })

@@ -65,6 +65,7 @@ fn the_json_of_info_and_encode() {
 
     let levels = levels(&info);
     let expected = [
+        "attribute_errors",
         "born",
         "bytes",
         "cumulative_bytes",
@@ -396,6 +397,53 @@ fn info_for_people() {
     assert_eq!(line(base).unwrap().last(), Some(&"base"));
     assert_eq!(line(0).unwrap()[1..3], ["642", "1,280"]);
     assert_eq!(line(0).unwrap().last(), Some(&"key"));
+}
+
+/// A sphere with its normals and two parts.
+#[test]
+fn info_tells_errors_of_attributes() {
+    let folder = Folder::new();
+    let sphere = shapes::sphere(3);
+    let mut text = String::new();
+    sphere.positions.iter().for_each(|[x, y, z]| text += &format!("v {x} {y} {z}\nvn {x} {y} {z}\n"));
+    for (k, half) in ["below", "above"].into_iter().enumerate() {
+        text += &format!("g {half}\n");
+        let height = |t: &[u32; 3]| t.iter().map(|&v| sphere.positions[v as usize][2]).sum::<f64>();
+        for t in sphere.triangles.iter().filter(|&t| (height(t) > 0.0) == (k > 0)) {
+            let [a, b, c] = t.map(|v| v + 1);
+            text += &format!("f {a}//{a} {b}//{b} {c}//{c}\n");
+        }
+    }
+    folder.write("ball.obj", text);
+    folder.run("encode ball.obj -o ball.uwm -q").succeeded();
+    let info = folder.info("ball.uwm");
+    let titles: Vec<_> = info["attributes"]["list"].as_array().unwrap().iter().map(|a| &a["title"]).collect();
+    assert!(titles.contains(&&"normal".into()) && titles.contains(&&"part".into()), "{titles:?}");
+    let mut normals = Vec::new();
+    for level in levels(&info) {
+        for error in level["attribute_errors"].as_array().unwrap() {
+            assert!(level["level"] != 0);
+            assert_eq!(error["high"].is_null(), error["title"] == "part", "{error}");
+            let number = error["error"].as_f64().unwrap();
+            if error["title"] == "normal" {
+                // The sphere's edges are an eighth of it: not farther than that are normals of the coarsest level.
+                assert!(
+                    number > 0.01 && number < error["high"].as_f64().unwrap() && number < 45.0,
+                    "{error}"
+                );
+                normals.push(number);
+            } else {
+                assert!((0.0..0.5).contains(&number), "{error}");
+            }
+        }
+    }
+    assert!(normals.len() > 1 && normals[0] > normals[normals.len() - 1], "{normals:?}");
+    let text = folder.run("info ball.uwm").succeeded();
+    let line = |head: &str| text.text().lines().find(|line| line.contains(head)).map(str::to_owned);
+    assert!(line("normal error").unwrap().contains("95 %"), "{}", text.text());
+    assert!(line("°").is_some() && line("another part").is_some());
+    let none = Folder::with_sphere().run("info sphere.uwm").succeeded();
+    assert!(!none.text().contains("95 %"));
 }
 
 #[test]

@@ -3,12 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use unweld::container::{AtomKind, Contents};
-use unweld::container::{Part, Plan};
+use unweld::container::{AtomKind, Contents, Part, Plan, parse_contents};
 use unweld::decoder::{Decoder, Event, Options};
 use unweld::mesh::attributes::Domain;
 
-use super::attribute::Attribute;
+use super::attribute::{Attribute, errors_read, errors_told};
 use super::container::{File, KEYFRAME};
 use super::decode::decode;
 use super::residue::Whole;
@@ -61,6 +60,8 @@ pub fn agree(bytes: &[u8]) -> Option<Seen> {
             return None;
         }
     };
+    let told = parse_contents(bytes).ok().flatten().expect("the crate reads the table, too");
+    assert_eq!(errors_told(&told), errors_read(&file.attribute_errors));
     let base = file.levels.len() - 1;
     let keyframes = file.atoms.iter().filter(|a| a.kind == KEYFRAME).map(|a| a.level as usize);
     for start in keyframes.collect::<BTreeSet<_>>() {

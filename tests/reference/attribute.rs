@@ -113,6 +113,58 @@ fn read(table: &mut Fields) -> Result<Attribute> {
     })
 }
 
+/// How far an attribute of a level is off.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AttributeError {
+    /// Its place among the attributes.
+    pub attribute: usize,
+    /// Codes of the error, and but of parts of the high error.
+    pub codes: Vec<i64>,
+    /// What they stand for.
+    pub values: Vec<f64>,
+    /// The fields.
+    pub bytes: Vec<u8>,
+}
+
+/// The errors of the attributes of level j; `coarser` are those of level j+1.
+pub fn read_errors(
+    table: &mut Fields,
+    attributes: &[Attribute],
+    j: u64,
+    coarser: &[AttributeError],
+) -> Result<Vec<AttributeError>> {
+    let mut errors = vec![];
+    for (k, attribute) in attributes.iter().enumerate() {
+        let is_alive = attribute.birth >= j && attribute.constant.is_none();
+        // Neither joints nor their weights.
+        if j == 0 || !is_alive || attribute.semantic == 4 || attribute.semantic == 5 {
+            continue;
+        }
+        let whole = table.0;
+        let is_of_directions = attribute.semantic < 2 && attribute.components >= 3;
+        let unit = if attribute.step > 0.0 && !is_of_directions { attribute.step } else { 1.0 };
+        let (mut codes, mut values) = (vec![], vec![]);
+        for i in 0..if attribute.semantic == 6 { 1 } else { 2 } {
+            let code = if attribute.birth == j {
+                table.u16()? as i64
+            } else {
+                let d = table.varint()?;
+                demand(d < 1 << 32, "3.3: difference of an attribute's error")?;
+                let before =
+                    coarser.iter().find(|error| error.attribute == k).map_or(0, |error| error.codes[i]);
+                before - 48 + if d % 2 == 0 { d as i64 / 2 } else { -(d as i64 / 2) - 1 }
+            };
+            demand((0..=0x7F7F).contains(&code), "3.3: code of an attribute's error")?;
+            codes.push(code);
+            values.push(f64::from(f32::from_bits((code as u32) << 16)) * unit);
+        }
+        demand(values.iter().all(|x| x.is_finite()), "3.3: an attribute's error")?;
+        let bytes = whole[..whole.len() - table.0.len()].to_vec();
+        errors.push(AttributeError { attribute: k, codes, values, bytes });
+    }
+    Ok(errors)
+}
+
 /// A signed varint.
 fn signed(table: &mut Fields) -> Result<i64> {
     let x = table.varint()?;
@@ -187,6 +239,18 @@ fn the_example_of_the_chapter() {
     for length in 0..bytes.len() {
         assert!(read_attributes(&mut Fields(&bytes[..length]), 1).is_err());
     }
+}
+
+#[test]
+fn errors_of_the_chapter() {
+    let uv = [0x62, 0x11, 0x1C, 1, 4, 0, 0x0C, 0, 0, 0, 0, 0, 0, 0, 0x3F, 0, 0, 0x80, 0x39, 0, 0x3F];
+    let part = [0x46, 0, 1, 0, 3, 0];
+    let attributes = read_attributes(&mut Fields(&[&uv[..], &part].concat()), 2).unwrap();
+    let coarser = read_errors(&mut Fields(&[0, 0x41, 0xA0, 0x41]), &attributes, 4, &[]).unwrap();
+    assert_eq!(coarser[0].values, [8.0 / 4096.0, 20.0 / 4096.0]);
+    let errors = read_errors(&mut Fields(&[0x1F, 0, 0x80, 0x3C]), &attributes, 3, &coarser).unwrap();
+    let told: Vec<_> = errors.iter().map(|error| (error.attribute, &error.values[..])).collect();
+    assert_eq!(told, [(0, &[6.0 / 4096.0, 15.0 / 4096.0][..]), (1, &[1.0 / 64.0])]);
 }
 
 /// The library and this reader accept the same entries and understand the same by them.
@@ -275,13 +339,14 @@ fn births_with_any_byte_of_the_table_changed() {
             bytes[table..table + 4].copy_from_slice(&sum.to_le_bytes());
             let told = parse_contents(&bytes).map(|told| told.unwrap());
             // The reader of the chapter wants the atoms too: they are there, and wrong, or the table is refused.
-            match (told, File::read(&bytes).map(|file| file.atoms)) {
-                (Ok(told), Ok(read)) => {
+            match (told, File::read(&bytes).map(|file| (file.atoms, errors_read(&file.attribute_errors)))) {
+                (Ok(told), Ok((read, errors))) => {
                     assert_eq!(told.atoms.len(), read.len(), "byte {at}");
                     let same = told.atoms.iter().zip(&read).all(|(told, read)| {
                         u64::from(told.level) == read.level && told.length as usize == read.length
                     });
                     assert!(same, "byte {at}");
+                    assert_eq!(errors_told(&told), errors, "byte {at}, {mask}");
                     sound += 1;
                 }
                 (Err(told), Err(read)) => {
@@ -299,4 +364,23 @@ fn births_with_any_byte_of_the_table_changed() {
         }
     }
     assert!(sound > 1000 && broken > 1000, "{sound} {broken}");
+}
+
+/// By level the places of attributes and their errors.
+type Told = Vec<Vec<(usize, Vec<f64>)>>;
+
+/// As this reader has them.
+pub fn errors_read(errors: &[Vec<AttributeError>]) -> Told {
+    errors
+        .iter()
+        .map(|level| level.iter().map(|error| (error.attribute, error.values.clone())).collect())
+        .collect()
+}
+
+/// As the library tells them.
+pub fn errors_told(contents: &unweld::container::Contents) -> Told {
+    let of = |error: &unweld::container::AttributeError| {
+        (error.attribute, [Some(error.error), error.high].into_iter().flatten().collect())
+    };
+    contents.levels.iter().map(|level| level.attributes.iter().map(of).collect()).collect()
 }

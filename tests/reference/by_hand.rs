@@ -39,6 +39,7 @@ pub fn file() -> Draft {
         bits: 8,
         maximum,
         attributes: vec![],
+        attribute_errors: vec![],
         resources: vec![],
         levels,
         atoms,

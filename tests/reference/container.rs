@@ -1,6 +1,6 @@
 //! Chapter 3: from bytes to atoms.
 
-use super::attribute::{Attribute, read_attributes};
+use super::attribute::{Attribute, AttributeError, read_attributes};
 use super::lifting::Scale;
 use super::resources::{self, Resource};
 use super::table;
@@ -43,6 +43,8 @@ pub struct File {
     pub resources: Vec<Resource>,
     /// The levels by number, the base last.
     pub levels: Vec<Level>,
+    /// By level, how far its attributes are off.
+    pub attribute_errors: Vec<Vec<AttributeError>>,
     pub atoms: Vec<Atom>,
 }
 
@@ -94,7 +96,8 @@ impl File {
         let births: Vec<u64> = told.map(|attribute| attribute.birth).collect();
         demand(births.iter().all(|&birth| birth < n), "3.3: birth of an attribute")?;
         resources::check_places(&resources, n)?;
-        let (levels, mut atoms) = table::read_levels(&mut table, n as usize, bits, step, &births, &waiting)?;
+        let (levels, attribute_errors, mut atoms) =
+            table::read_levels(&mut table, n as usize, bits, step, &attributes, &waiting)?;
         table::read_payloads(&mut table, n - 1, &mut atoms)?;
         let valued = atoms.iter().any(|atom| (atom.kind, atom.level) == (ATTRIBUTES, 0));
         demand(!valued || !attributes.is_empty(), "3.3: values without attributes")?;
@@ -106,7 +109,19 @@ impl File {
         }
         demand(fields.0.is_empty(), "3.1: trailing bytes")?;
         let rich_models = models == 1;
-        Ok(Self { origin, step, bits, maximum, lifting, rich_models, attributes, resources, levels, atoms })
+        Ok(Self {
+            origin,
+            step,
+            bits,
+            maximum,
+            lifting,
+            rich_models,
+            attributes,
+            resources,
+            levels,
+            attribute_errors,
+            atoms,
+        })
     }
 
     /// Of a level.

@@ -19,6 +19,8 @@ pub struct Draft {
     pub resources: Vec<Resource>,
     /// The levels by number.
     pub levels: Vec<Shape>,
+    /// By level what its entry tells of errors of attributes, as bytes.
+    pub attribute_errors: Vec<Vec<u8>>,
     pub atoms: Vec<Atom>,
 }
 
@@ -54,6 +56,11 @@ impl Draft {
             attributes: file.attributes.into_iter().flat_map(|attribute| attribute.bytes).collect(),
             resources: file.resources,
             levels: file.levels.iter().map(shape).collect(),
+            attribute_errors: file
+                .attribute_errors
+                .iter()
+                .map(|level| level.iter().flat_map(|error| error.bytes.clone()).collect())
+                .collect(),
             atoms: file.atoms,
         }
     }
@@ -91,6 +98,7 @@ impl Draft {
                         varint(&mut table, count);
                     }
                     table.extend(level.errors.iter().flat_map(|code| code.to_le_bytes()));
+                    table.extend(self.attribute_errors.get(j).into_iter().flatten());
                     self.run(&mut table, BASE, j as u64, 0);
                 }
                 Some(coarser) => {
@@ -116,6 +124,7 @@ impl Draft {
                             if difference < 0 { -2 * difference - 1 } else { 2 * difference } as u64,
                         );
                     }
+                    table.extend(self.attribute_errors.get(j).into_iter().flatten());
                     if finer > 0 {
                         self.run(&mut table, PRECISION, j as u64, 0);
                     }

@@ -89,6 +89,7 @@ fn the_square_with_a_seam() {
         attributes: ENTRY.to_vec(),
         resources: vec![],
         levels: vec![shape(5, 4), shape(4, 2)],
+        attribute_errors: vec![vec![], vec![0; 4]],
         atoms: vec![atom(BASE, 1, 0, 0, &base), atom(REFINEMENT, 0, 1, 2, &refinement)],
     };
     let whole = agree(&draft.bytes()).expect("a sound file").whole;

@@ -1,5 +1,6 @@
 //! Chapter 3.3: the table of contents.
 
+use super::attribute::{Attribute, AttributeError, read_errors};
 use super::container::*;
 
 /// The lattice: origin, step, bits and the far corner of the bounding box.
@@ -30,17 +31,21 @@ pub fn read_lattice(table: &mut Fields) -> Result<([f64; 3], f64, u32, [u64; 3])
     Ok((origin, step, bits, maximum))
 }
 
-/// The level entries, and the atoms in them, whose bytes are still missing.
-/// `births` are the levels at which attributes are born, `resources` the atoms that stand behind what a level has.
+/// The levels, how far their attributes are off, and the atoms in their entries, whose bytes are still missing.
+pub type Levels = (Vec<Level>, Vec<Vec<AttributeError>>, Vec<Atom>);
+
+/// The level entries, and the atoms in them. `resources` are the atoms that stand behind what a level has.
 pub fn read_levels(
     table: &mut Fields,
     n: usize,
     bits: u32,
     step: f64,
-    births: &[u64],
+    attributes: &[Attribute],
     resources: &[Atom],
-) -> Result<(Vec<Level>, Vec<Atom>)> {
+) -> Result<Levels> {
     let base = n as u64 - 1;
+    let told = attributes.iter().filter(|attribute| attribute.constant.is_none());
+    let births: Vec<u64> = told.map(|attribute| attribute.birth).collect();
     let (mut vertices, mut triangles, shift) = (table.varint()?, table.varint()?, table.varint()?);
     demand([vertices, triangles].iter().all(|&count| count <= 1 << 30), "3.3: counts")?;
     demand(
@@ -52,6 +57,7 @@ pub fn read_levels(
     let mut shift = shift as u32;
     let mut codes = [table.u16()? as i64, table.u16()? as i64];
     let behind = |j: u64| resources.iter().filter(move |atom| atom.level == j).cloned();
+    let mut errors = vec![read_errors(table, attributes, base, &[])?];
     let (mut levels, mut atoms) = (vec![], read_run(table, BASE, base, None)?);
     atoms.extend(behind(base));
     levels.push(level(vertices, triangles, shift, codes, step)?);
@@ -83,6 +89,9 @@ pub fn read_levels(
             // 0, -1, 1, -2, 2, ...
             *code += if difference % 2 == 0 { difference / 2 } else { -(difference / 2) - 1 } - 48;
         }
+        let coarser = errors.last().map_or(&[][..], |errors: &Vec<AttributeError>| errors);
+        let finer_errors = read_errors(table, attributes, j, coarser)?;
+        errors.push(finer_errors);
         if finer > 0 {
             atoms.extend(read_run(table, PRECISION, j, Some((vertices * finer, 0)))?);
         }
@@ -107,12 +116,13 @@ pub fn read_levels(
     }
     demand(shift == 0, "3.3: precision shift of level 0")?;
     levels.reverse();
+    errors.reverse();
     let triangles = |levels: &[Level]| levels.iter().map(|level| level.triangles).sum::<u64>();
     demand(
         triangles(&levels[1..]) <= (1 << 24) + 32 * triangles(&levels[..1]),
         "3.6: triangles of all levels",
     )?;
-    Ok((levels, atoms))
+    Ok((levels, errors, atoms))
 }
 
 fn level(vertices: u64, triangles: u64, shift: u32, codes: [i64; 2], step: f64) -> Result<Level> {

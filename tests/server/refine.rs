@@ -205,6 +205,7 @@ fn levels_tell_what_the_table_says() {
         // The reader of JSON may be off by the last digit.
         let error = told["max_error"].as_f64().unwrap();
         assert!((error - level.max_error).abs() <= 1e-15 * error, "{error} {}", level.max_error);
+        assert_eq!(told["attribute_errors"], json!([]));
         assert_eq!((&told["offset"], &told["bytes"]), (&json!(bytes.start), &json!(bytes.end - bytes.start)));
         let end = if j > 0 { contents.steps(j).end } else { contents.metadata().end };
         assert_eq!(told["prefix_bytes"], contents.bytes(0..end).end);

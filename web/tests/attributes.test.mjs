@@ -87,6 +87,11 @@ test("at each level, each corner has what the program's decoder says, however th
     assert.deepEqual(Object.keys(values), ["uv", "normal", "color", "part"]);
     assert.ok(checkGlobe(mirror) > 0, "the seam is a border of the texture");
     assert.deepEqual([2, 5].map((part) => mirror.last.metadata.partNames[part]), ["below", "above"]);
+    for (const { level, attributeErrors } of mirror.last.contents.levels) {
+      const alive = mirror.last.contents.fileAttributes.filter((attribute) => level > 0 && attribute.level >= level).map(({ name }) => name);
+      assert.deepEqual(attributeErrors.map(({ name }) => name), alive, `errors of level ${level}`);
+      for (const { name, error, high } of attributeErrors) assert.ok(error >= 0 && (name === "part" ? high === null : high >= 0));
+    }
     const entries = mirror.last.contents.fileAttributes.map(({ name, domain, components, type, normalised, partial }) => [name, domain, components, type, normalised, partial]);
     assert.deepEqual(entries, [
       ["uv", "corner", 2, "f32", false, false],

@@ -15,6 +15,7 @@ fn golden_bytes() {
         precision: 0,
         max_error,
         rms_error,
+        attributes: Vec::new(),
     };
     assert_eq!(contents.header, golden_header());
     assert_eq!(contents.header.far_corner(), [126.5, 0.0, 10.0]);

@@ -58,6 +58,35 @@ pub fn point_segment_distance_squared(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     segment_distance_squared(p - a, b - a)
 }
 
+/// The shares that the corners have in the point of the triangle `a b c`, which may be a segment or a point, that is nearest to `p`: at least
+/// 0, and 1 together. Coordinates as for [`point_triangle_distance_squared`].
+pub fn shares_of_nearest(p: DVec3, a: DVec3, b: DVec3, c: DVec3) -> [f64; 3] {
+    let normal = (b - a).cross(c - a);
+    let area_squared = normal.length_squared();
+    if area_squared > THIN * (b - a).length_squared() * (c - a).length_squared() {
+        let over = |x: DVec3, y: DVec3| normal.dot((x - p).cross(y - p)) / area_squared;
+        let shares = [over(b, c), over(c, a), over(a, b)];
+        if shares.iter().all(|&share| share >= 0.0) {
+            return shares;
+        }
+    }
+    let along = |p: DVec3, end: DVec3| {
+        let length_squared = end.length_squared();
+        if length_squared > 0.0 { (p.dot(end) / length_squared).clamp(0.0, 1.0) } else { 0.0 }
+    };
+    let [ab, bc, ca] = [along(p - a, b - a), along(p - b, c - b), along(p - c, a - c)];
+    let edges = [[1.0 - ab, ab, 0.0], [0.0, 1.0 - bc, bc], [ca, 0.0, 1.0 - ca]];
+    let squared = |[u, v, w]: [f64; 3]| (p - (a * u + b * v + c * w)).length_squared();
+    let mut best = (f64::INFINITY, edges[0]);
+    for shares in edges {
+        let squared = squared(shares);
+        if squared < best.0 {
+            best = (squared, shares);
+        }
+    }
+    best.1
+}
+
 /// The squared distance of `p` from the segment from the origin to `end`, which may be a point.
 fn segment_distance_squared(p: DVec3, end: DVec3) -> f64 {
     let length_squared = end.length_squared();
@@ -133,6 +162,18 @@ mod tests {
         fn it_is_the_least_distance(p in point(), a in point(), b in point(), c in point()) {
             let (d, expected) = (point_triangle_distance_squared(p, a, b, c), by_search(p, a, b, c));
             prop_assert!((d - expected).abs() < 1e-9, "{d} instead of {expected}");
+        }
+
+        /// The point of these shares is as far off as the nearest one.
+        #[test]
+        fn shares_are_those_of_the_nearest_point(p in point(), a in point(), b in point(), c in point(), flat: bool) {
+            let c = if flat { a.lerp(b, 0.25) } else { c };
+            let shares = shares_of_nearest(p, a, b, c);
+            prop_assert!(shares.iter().all(|share| (0.0..=1.0 + 1e-9).contains(share)));
+            prop_assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-9);
+            let at = a * shares[0] + b * shares[1] + c * shares[2];
+            let least = point_triangle_distance_squared(p, a, b, c).sqrt();
+            prop_assert!((p.distance(at) - least).abs() < 1e-6 * (1.0 + least), "{} {least}", p.distance(at));
         }
 
         /// Slivers with all three corners nearly on one slanted line.

@@ -128,6 +128,7 @@ impl Contents {
 }
 
 #[cfg(test)]
+#[expect(clippy::single_range_in_vec_init, reason = "lists of ranges are meant")]
 mod tests {
     use super::*;
     use crate::container::testing::{self, resourced_file};

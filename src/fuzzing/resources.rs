@@ -60,7 +60,7 @@ fn file(choices: &mut Choices) -> Option<Vec<u8>> {
         let (count, times) = (1 + choices.below(40), 1 + choices.below(3) * choices.below(3000));
         let mut bytes = choices.bytes(count).repeat(times);
         bytes.push(what);
-        let kind = if number == 0 && what % 4 > 0 || what == 249 {
+        let kind = if number == 0 && !what.is_multiple_of(4) || what == 249 {
             ResourceKind::Scene
         } else {
             ResourceKind::Buffer

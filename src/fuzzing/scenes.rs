@@ -182,8 +182,7 @@ mod tests {
 
     #[test]
     fn what_is_changed_is_a_scene() {
-        let mut options = ReadOptions::default();
-        options.scenes = true;
+        let options = ReadOptions { scenes: true, ..ReadOptions::default() };
         let source = formats::read_with(&framed(&seed()), &options).unwrap();
         check(&source.mesh, &source.scene.unwrap());
         assert_eq!((source.mesh.triangles.len(), source.mesh.part_names.len()), (2, 2));

@@ -593,7 +593,7 @@ mod tests {
             let angle = f32::to_radians(degrees);
             let mut values = values(&table, |c| if table.vertex(c) == Vertex(2) { 1.0 } else { 0.0 });
             let first = values.rows[0];
-            let mut rows = vec![[0.0, 0.0, 0.5], [0.5 * angle.sin(), 0.0, 0.5 * angle.cos()]];
+            let mut rows = [[0.0, 0.0, 0.5], [0.5 * angle.sin(), 0.0, 0.5 * angle.cos()]];
             if first == 1.0 {
                 rows.reverse();
             }

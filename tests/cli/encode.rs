@@ -45,6 +45,7 @@ fn the_json_of_info_and_encode() {
         "manifold",
         "order",
         "residue",
+        "resources",
         "triangles",
         "vertices",
     ];

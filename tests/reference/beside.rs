@@ -55,7 +55,7 @@ pub fn known<'a>(at: &Place<'a>, list: &[Beside]) -> Vec<(Beside, &'a Vec<i32>)>
         at.mesh.tip(list[x].corner) == at.mesh.tip(list[y].corner) && value(&list[x]) == value(&list[y])
     };
     let n = list.len();
-    let counts = |&b: &usize| !(b > 0 && is_twin(b - 1, b)) && !(b > 1 && b == n - 1 && is_twin(0, b));
+    let counts = |&b: &usize| !(b > 0 && is_twin(b - 1, b) || b > 1 && b == n - 1 && is_twin(0, b));
     (0..n).filter(counts).filter_map(|b| Some((list[b], value(&list[b])?))).collect()
 }
 

@@ -41,7 +41,7 @@ struct Expected {
 impl Values {
     pub fn fresh(about: &Attribute) -> Self {
         let n = integers(about);
-        let is_at_corners = about.marks % 2 == 0;
+        let is_at_corners = about.marks.is_multiple_of(2);
         Self {
             residuals: (0..n).map(|_| Residual::fresh()).collect(),
             recalled: (is_at_corners && about.semantic == 3).then(Recalled::fresh),
@@ -95,7 +95,7 @@ impl Values {
         }
         let guess = self.expect(at, &beside, p, about);
         let several = guess.ways.len() > 1;
-        let is_judged = several && (self.turn < 32 || self.turn % 8 == 0);
+        let is_judged = several && (self.turn < 32 || self.turn.is_multiple_of(8));
         self.turn += u64::from(several);
         let best = (0..guess.ways.len()).min_by_key(|&w| self.costs[w]).expect("there is a way");
         let mut expected = guess.ways[best].clone();

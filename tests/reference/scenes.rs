@@ -23,9 +23,12 @@ fn with(resources: &[(u8, u64, &[&[u8]])]) -> Draft {
     draft
 }
 
+/// A resource: its kind, its place, its atoms.
+type Cut<'a> = (u8, u64, &'a [&'a [u8]]);
+
 #[test]
 fn however_they_are_cut() {
-    let files: [&[(u8, u64, &[&[u8]])]; 4] = [
+    let files: [&[Cut<'_>]; 4] = [
         &[(1, 0, &[b"whole"])],
         &[(1, 0, &[b"in ", b"three", b" atoms"]), (1, 0, &[b"x"])],
         &[(0, 0, &[b"\x00\x02{}"]), (1, 0, &[b"a", b"b"])],
@@ -40,9 +43,9 @@ fn however_they_are_cut() {
 
 #[test]
 fn what_cannot_be() {
-    let sound: &[(u8, u64, &[&[u8]])] = &[(0, 0, &[b"\x00\x02{}"]), (1, 0, &[b"abc"])];
+    let sound: &[Cut<'_>] = &[(0, 0, &[b"\x00\x02{}"]), (1, 0, &[b"abc"])];
     assert!(agree(&with(sound).bytes()).is_some());
-    let files: [&[(u8, u64, &[&[u8]])]; 12] = [
+    let files: [&[Cut<'_>]; 12] = [
         &[],
         &[(2, 0, &[b"abc"])],
         &[(127, 0, &[b"abc"])],

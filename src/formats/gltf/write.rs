@@ -12,7 +12,7 @@ use crate::mesh::IndexedMesh;
 ///
 /// Attributes that glTF knows have their names, others their own behind `_`; integers stay of their type where glTF has that, all else is
 /// binary32. Materials have names alone. Vertices of no triangle are left out. Triangles are in their order within a primitive, and where some
-/// lack an attribute they are a primitive of their own. [`unwritten`](super::unwritten) tells what is not kept.
+/// lack an attribute they are a primitive of their own. [`unwritten`](crate::formats::unwritten) tells what is not kept.
 ///
 /// # Errors
 /// What `out` says; [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in binary32, there are more than 2^32 - 1 bytes, or

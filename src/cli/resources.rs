@@ -1,6 +1,7 @@
 //! What the resources of a scene are, as far as its JSON tells.
 
 use super::numbers::{columns, count, grouped};
+use super::scene::LISTS;
 use super::uwm::Uwm;
 use anyhow::anyhow;
 use serde_json::{Value, json};
@@ -182,18 +183,6 @@ fn roles(scene: &Value) -> BTreeMap<usize, Role> {
 fn length(scene: &Value, list: &str) -> u64 {
     scene[list].as_array().map_or(0, |list| list.len() as u64)
 }
-
-/// Lists of a glTF, and what there is in each.
-const LISTS: [(&str, &str); 8] = [
-    ("nodes", "node"),
-    ("meshes", "mesh"),
-    ("materials", "material"),
-    ("textures", "texture"),
-    ("images", "image"),
-    ("skins", "skin"),
-    ("animations", "animation"),
-    ("cameras", "camera"),
-];
 
 #[cfg(test)]
 mod tests {

@@ -124,7 +124,8 @@ impl Contents {
     }
 }
 
-const LISTS: [(&str, &str); 8] = [
+/// Lists of a glTF, and what there is in each.
+pub const LISTS: [(&str, &str); 8] = [
     ("nodes", "node"),
     ("meshes", "mesh"),
     ("materials", "material"),

@@ -18,16 +18,7 @@ pub struct Difference<'a> {
 impl<'a> Difference<'a> {
     /// That of an attribute.
     pub fn new(entry: &'a AttributeEntry) -> Self {
-        let whole = match entry.stored {
-            Stored::U8 => u8::MAX.into(),
-            Stored::I8 => i8::MAX.into(),
-            Stored::U16 => u16::MAX.into(),
-            Stored::I16 => i16::MAX.into(),
-            Stored::U32 => u32::MAX.into(),
-            Stored::I32 => i32::MAX.into(),
-            Stored::F32 | Stored::F64 => 1.0,
-        };
-        Self { entry, whole: entry.normalised.then_some(whole) }
+        Self { entry, whole: entry.stored.one().filter(|_| entry.normalised) }
     }
 
     /// What has the values.

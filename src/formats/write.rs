@@ -4,7 +4,7 @@ use std::array;
 use std::io::{self, Write};
 
 use crate::mesh::IndexedMesh;
-use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
+use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 
 use super::{Format, gltf, obj_write, ply_write, stl_write};
 
@@ -88,18 +88,7 @@ fn same(attribute: &Attribute, one: u32, other: u32) -> bool {
 
 /// A number, as what it stands for: integers that stand for fractions become these.
 pub(super) fn fraction(attribute: &Attribute, at: usize) -> f64 {
-    let x = attribute.values.number(at);
-    let most: f64 = match attribute.values.stored() {
-        _ if !attribute.normalised => return x,
-        Stored::U8 => u8::MAX.into(),
-        Stored::I8 => i8::MAX.into(),
-        Stored::U16 => u16::MAX.into(),
-        Stored::I16 => i16::MAX.into(),
-        Stored::U32 => u32::MAX.into(),
-        Stored::I32 => i32::MAX.into(),
-        Stored::F32 | Stored::F64 => return x,
-    };
-    (x / most).max(-1.0)
+    attribute.values.fraction(at, attribute.normalised)
 }
 
 /// Whether a library is a picture, as PLY files name them, and not a file of materials, as OBJ files do.

@@ -5,7 +5,6 @@ use std::collections::HashMap;
 use super::accessor::{self, Shape};
 use super::document::Document;
 use super::primitive::Stream;
-use super::scene::{fraction, most};
 use super::transform::{Matrix, unit};
 use crate::error::{Error, Result};
 use crate::limits::MAX_ELEMENTS;
@@ -122,7 +121,7 @@ impl Column {
         if count > allowed {
             return Err(Error::Limit { what: "values of an attribute", needed: count, allowed });
         }
-        let number = |at: usize| fraction(&stream.values, stream.shape.normalised, at);
+        let number = |at: usize| stream.values.fraction(at, stream.shape.normalised);
         for v in 0..stream.count() {
             if let (Some(world), 3..) = (world, has) {
                 let direction = [0, 1, 2].map(|k| number(has * v + k));
@@ -140,7 +139,7 @@ impl Column {
             }
             for k in has..needed {
                 // What has no alpha is opaque (glTF 2.0, §3.9.2).
-                let one = most(self.shape.stored).filter(|_| self.shape.normalised).unwrap_or(1.0);
+                let one = self.shape.stored.one().filter(|_| self.shape.normalised).unwrap_or(1.0);
                 self.values.push(if self.semantic == Semantic::Color && k == 3 { one } else { 0.0 });
             }
         }
@@ -152,11 +151,11 @@ impl Column {
         let (from, to) = (stream.shape, self.shape);
         if (from.stored, from.normalised) == (to.stored, to.normalised) {
             self.values.push_bits(stream.values.bits(at));
-        } else if let (true, Some(one), Some(most)) = (to.normalised, most(from.stored), most(to.stored)) {
+        } else if let (true, Some(one), Some(most)) = (to.normalised, from.stored.one(), to.stored.one()) {
             // 257 for 8 bits in 16.
             self.values.push(stream.values.number(at) * (most / one));
         } else {
-            self.values.push(fraction(&stream.values, from.normalised, at));
+            self.values.push(stream.values.fraction(at, from.normalised));
         }
     }
 

@@ -8,7 +8,7 @@ use super::document::Document;
 use super::json::{At, fault};
 use super::notes::Notes;
 use super::primitive::{self, POSITION, Primitive, Stored, Topology};
-use super::scene::{Instance, Scene, fraction};
+use super::scene::{Instance, Scene};
 use crate::error::{Error, Result};
 use crate::formats::gather::{self, Gathered};
 use crate::limits::MAX_ELEMENTS;
@@ -152,7 +152,7 @@ impl<'d> Flat<'d> {
         limit("vertices", begin + count)?;
         self.document.take(count, size_of::<[f64; 3]>())?;
         for v in 0..count {
-            let place = [0, 1, 2].map(|k| fraction(&stream.values, stream.shape.normalised, 3 * v + k));
+            let place = [0, 1, 2].map(|k| stream.values.fraction(3 * v + k, stream.shape.normalised));
             let point = instance.world.point(place);
             if let Some(k) = place.iter().position(|x| !x.is_finite()) {
                 let axis = ["x", "y", "z"][k];

@@ -4,7 +4,6 @@
 use std::collections::HashMap;
 
 use super::accessor::Shape;
-use super::scene::most;
 use crate::formats::write::fraction;
 use crate::mesh::IndexedMesh;
 use crate::mesh::attributes::{Attribute, NO_VALUE, Semantic, Values};
@@ -37,7 +36,7 @@ impl<'a> Column<'a> {
         let attribute = self.attribute;
         let mut out = Values::new(shape.stored);
         let same = (attribute.values.stored(), attribute.normalised) == (shape.stored, shape.normalised);
-        let one = if shape.normalised { most(shape.stored).unwrap_or(1.0) } else { 1.0 };
+        let one = if shape.normalised { shape.stored.one().unwrap_or(1.0) } else { 1.0 };
         for &value in values {
             for k in 0..shape.components {
                 let at = value as usize * attribute.components + k;

@@ -14,7 +14,7 @@ use super::flatten::{limit, part_name};
 use super::json::{At, fault};
 use super::notes::{Notes, shortened};
 use super::primitive::{self, POSITION, Primitive, Stored, Stream};
-use super::scene::{Scene, fraction};
+use super::scene::Scene;
 use super::transform::Matrix;
 use crate::error::Result;
 use crate::formats::gather::{self, Gathered, MOST};
@@ -268,7 +268,7 @@ impl<'d> Growing<'d> {
 
 /// Where a vertex of a primitive is, in its mesh's own coordinates.
 fn position(mesh: &At<'_>, primitive: &Primitive<'_>, stream: &Stream, v: usize) -> Result<[f64; 3]> {
-    let place = [0, 1, 2].map(|k| fraction(&stream.values, stream.shape.normalised, 3 * v + k));
+    let place = [0, 1, 2].map(|k| stream.values.fraction(3 * v + k, stream.shape.normalised));
     match place.iter().position(|x| !x.is_finite()) {
         None => Ok(place),
         Some(k) => {

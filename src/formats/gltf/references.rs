@@ -31,7 +31,7 @@ pub(super) fn visit(root: &mut Value, visit: &mut dyn FnMut(Reference) -> Result
     for (path, kind) in TABLE {
         descend(root, path, &mut String::new(), kind, visit)?;
     }
-    extensions(root, &mut String::new(), visit)
+    extensions(root, &mut String::new(), false, visit)
 }
 
 /// Where the specification has them; `*` stands for each item of a list, or each member of an object.
@@ -98,10 +98,11 @@ fn descend(
     Ok(())
 }
 
-/// Looks for extensions, wherever they are, and in them.
+/// Looks for extensions, wherever they are, and for references in them: by their names, for nobody knows all extensions.
 fn extensions(
     value: &mut Value,
     pointer: &mut String,
+    is_within: bool,
     visit: &mut dyn FnMut(Reference) -> Result<()>,
 ) -> Result<()> {
     let length = pointer.len();
@@ -109,38 +110,7 @@ fn extensions(
         Value::Array(list) => {
             for (k, item) in list.iter_mut().enumerate() {
                 pointer.push_str(&format!("/{k}"));
-                extensions(item, pointer, visit)?;
-                pointer.truncate(length);
-            }
-        }
-        Value::Object(object) => {
-            for (key, item) in object.iter_mut() {
-                push(pointer, key);
-                match key.as_str() {
-                    "extras" => {}
-                    "extensions" => within(item, pointer, visit)?,
-                    _ => extensions(item, pointer, visit)?,
-                }
-                pointer.truncate(length);
-            }
-        }
-        _ => {}
-    }
-    Ok(())
-}
-
-/// What is in extensions.
-fn within(
-    value: &mut Value,
-    pointer: &mut String,
-    visit: &mut dyn FnMut(Reference) -> Result<()>,
-) -> Result<()> {
-    let length = pointer.len();
-    match value {
-        Value::Array(list) => {
-            for (k, item) in list.iter_mut().enumerate() {
-                pointer.push_str(&format!("/{k}"));
-                within(item, pointer, visit)?;
+                extensions(item, pointer, is_within, visit)?;
                 pointer.truncate(length);
             }
         }
@@ -148,14 +118,14 @@ fn within(
             for (key, item) in object.iter_mut() {
                 push(pointer, key);
                 let kind = match key.as_str() {
-                    "accessor" => Some(Kind::Accessor),
-                    "bufferView" => Some(Kind::View),
+                    "accessor" if is_within => Some(Kind::Accessor),
+                    "bufferView" if is_within => Some(Kind::View),
                     _ => None,
                 };
                 match (kind, item.is_u64()) {
                     (Some(kind), true) => visit(Reference { kind, value: item, pointer, is_certain: false })?,
                     _ if key == "extras" => {}
-                    _ => within(item, pointer, visit)?,
+                    _ => extensions(item, pointer, is_within || key == "extensions", visit)?,
                 }
                 pointer.truncate(length);
             }

@@ -5,7 +5,6 @@ use super::document::Document;
 use super::json::{At, fault};
 use super::transform::Matrix;
 use crate::error::Result;
-use crate::mesh::attributes::{Stored, Values};
 
 /// A mesh in its place.
 #[derive(Clone, Copy, Debug)]
@@ -104,7 +103,7 @@ impl Scene {
             document.take(accessor.count, PARTS[k].1 * size_of::<f64>())?;
             let values = accessor.values()?;
             parts[k] =
-                Some((0..values.len()).map(|at| fraction(&values, accessor.shape.normalised, at)).collect());
+                Some((0..values.len()).map(|at| values.fraction(at, accessor.shape.normalised)).collect());
         }
         let count = count.unwrap_or(0);
         document.take(count, size_of::<Instance>())?;
@@ -119,28 +118,6 @@ impl Scene {
             self.instances.push(Instance { world: instance.world.after(&own), ..instance });
         }
         Ok(())
-    }
-}
-
-/// A number as what it stands for.
-pub(super) fn fraction(values: &Values, normalised: bool, at: usize) -> f64 {
-    let x = values.number(at);
-    match most(values.stored()).filter(|_| normalised) {
-        Some(most) => (x / most).max(-1.0),
-        None => x,
-    }
-}
-
-/// The integer that stands for 1.
-pub(super) fn most(stored: Stored) -> Option<f64> {
-    match stored {
-        Stored::U8 => Some(u8::MAX.into()),
-        Stored::I8 => Some(i8::MAX.into()),
-        Stored::U16 => Some(u16::MAX.into()),
-        Stored::I16 => Some(i16::MAX.into()),
-        Stored::U32 => Some(u32::MAX.into()),
-        Stored::I32 => Some(i32::MAX.into()),
-        Stored::F32 | Stored::F64 => None,
     }
 }
 

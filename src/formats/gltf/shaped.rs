@@ -12,7 +12,6 @@ use super::json::At;
 use super::layout::of_target;
 use super::pack::Pack;
 use super::primitive::POSITION;
-use super::scene::most;
 use super::weights;
 use crate::formats::write::finite;
 use crate::mesh::IndexedMesh;
@@ -208,7 +207,7 @@ fn absent(one: &Wanted<'_>) -> &'static [f64] {
 }
 
 fn constant(shape: Shape, numbers: &[f64], count: usize) -> Values {
-    let one = if shape.normalised { most(shape.stored).unwrap_or(1.0) } else { 1.0 };
+    let one = if shape.normalised { shape.stored.one().unwrap_or(1.0) } else { 1.0 };
     let mut values = Values::new(shape.stored);
     for _ in 0..count {
         (0..shape.components).for_each(|k| values.push(one * numbers.get(k).copied().unwrap_or(0.0)));
@@ -218,7 +217,7 @@ fn constant(shape: Shape, numbers: &[f64], count: usize) -> Values {
 
 /// Coordinates as a type has them, to the nearest.
 fn positions(places: &[[f64; 3]], shape: Shape) -> io::Result<Values> {
-    let one = if shape.normalised { most(shape.stored).unwrap_or(1.0) } else { 1.0 };
+    let one = if shape.normalised { shape.stored.one().unwrap_or(1.0) } else { 1.0 };
     let mut values = Values::new(shape.stored);
     for &x in places.as_flattened() {
         if shape.stored == Stored::F32 {

@@ -7,7 +7,6 @@ use serde_json::Value;
 use super::document::Document;
 use super::json::At;
 use super::layout::Parts;
-use super::scene::fraction;
 use crate::error::Result;
 use crate::mesh::IndexedMesh;
 use crate::mesh::attributes::{Attribute, Domain, Semantic};
@@ -157,7 +156,7 @@ impl Areas {
             let mut areas = vec![0.0; count];
             for t in 0..mesh.triangles.len() {
                 let place = |value: usize| {
-                    let number = |k: usize| fraction(&attribute.values, attribute.normalised, 2 * value + k);
+                    let number = |k: usize| attribute.values.fraction(2 * value + k, attribute.normalised);
                     [number(0), number(1), 0.0]
                 };
                 if let [Some(a), Some(b), Some(c)] = [0, 1, 2].map(|k| attribute.at(t, k)) {

@@ -1,7 +1,6 @@
 //! Weights of joints that sum up to 1, as glTF wants them (2.0, §3.7.3.1), whatever quantisation has made of them.
 
 use super::accessor::Shape;
-use super::scene::most;
 use crate::mesh::attributes::Values;
 
 /// Has the weights of each vertex, over all sets, sum up to 1: as integers exactly, as binary32 numbers to within a rounding. Those of which
@@ -12,7 +11,7 @@ pub(super) fn normalise(sets: &mut [(Shape, &mut Values)]) {
     };
     let units: Vec<f64> = sets
         .iter()
-        .map(|(shape, _)| most(shape.stored).filter(|_| shape.normalised).unwrap_or(1.0))
+        .map(|(shape, _)| shape.stored.one().filter(|_| shape.normalised).unwrap_or(1.0))
         .collect();
     // What one set counts in another may be no whole number there.
     let is_one_kind = units.windows(2).all(|pair| pair[0] == pair[1]);

@@ -44,6 +44,19 @@ impl Stored {
     pub const fn is_float(self) -> bool {
         matches!(self, Self::F32 | Self::F64)
     }
+
+    /// The integer that stands for 1 where integers stand for fractions, the largest; none of floating-point numbers.
+    pub const fn one(self) -> Option<f64> {
+        match self {
+            Self::U8 => Some(u8::MAX as f64),
+            Self::I8 => Some(i8::MAX as f64),
+            Self::U16 => Some(u16::MAX as f64),
+            Self::I16 => Some(i16::MAX as f64),
+            Self::U32 => Some(u32::MAX as f64),
+            Self::I32 => Some(i32::MAX as f64),
+            Self::F32 | Self::F64 => None,
+        }
+    }
 }
 
 /// Numbers as they are stored.
@@ -129,6 +142,18 @@ impl Values {
             Self::I16(list) => list[at].into(),
             Self::U32(list) => list[at].into(),
             Self::I32(list) => list[at].into(),
+        }
+    }
+
+    /// A number as what it stands for: where integers stand for fractions (`normalised`), -1 to 1.
+    ///
+    /// # Panics
+    /// Where there is no such number.
+    pub fn fraction(&self, at: usize, normalised: bool) -> f64 {
+        let x = self.number(at);
+        match self.stored().one().filter(|_| normalised) {
+            Some(one) => (x / one).max(-1.0),
+            None => x,
         }
     }
 

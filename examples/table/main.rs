@@ -33,6 +33,7 @@ mod progressive;
 mod quality;
 mod reference;
 mod simplifiers;
+mod simplifiers_papers;
 mod sizes;
 mod tables;
 

@@ -17,10 +17,12 @@ mod inputs;
 mod lattice;
 mod measure;
 mod memory;
+mod morph;
 mod numbers;
 mod original;
 mod output;
 mod page;
+mod parents;
 mod progress;
 mod quality;
 mod replace;
@@ -56,6 +58,7 @@ enum Command {
     Verify(verify::Args),
     Measure(measure::Args),
     Simplify(simplify::Args),
+    Morph(morph::Args),
     View(view::Args),
     Serve(serve::Args),
     Fetch(fetch::Args),
@@ -73,6 +76,7 @@ pub fn run() -> ExitCode {
         Command::Verify(args) => verify::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Simplify(args) => simplify::run(&args),
+        Command::Morph(args) => morph::run(&args),
         Command::View(args) => view::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Fetch(args) => fetch::run(&args),
@@ -93,6 +97,7 @@ EXAMPLES
   unweld info bunny.uwm                        its levels, their bytes and errors
   unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
   unweld measure bunny.ply small.ply           how far are they from each other?
+  unweld simplify bunny.ply -o small.ply --ratio 10%    a coarser mesh
   unweld view bunny.uwm -o bunny.png           a picture of it
   unweld serve coded/                          all files of a folder over HTTP
   unweld fetch URL -o bunny.uwm                a file from a server, or as much as is wanted

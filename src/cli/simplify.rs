@@ -8,12 +8,13 @@ use super::failure::{Usage, note};
 use super::input::{self, Mesh, Reading};
 use super::numbers::{count, grouped, of_diagonal, percent, significant};
 use super::output::{MeshFormat, Output, remark, say};
+use super::parents;
 use super::progress::Progress;
 use super::welding;
 use anyhow::{Context, bail};
 use reduction::Reduction;
 use serde_json::json;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 use unweld::codec::grid::Real;
 use unweld::encoder::Joined;
@@ -40,6 +41,10 @@ pub struct Args {
     /// Most memory for decoding a .uwm file, and most bytes that a compressed mesh may inflate to, with a suffix K, M, G or without
     #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
     max_memory: u64,
+    /// Write which vertex of the result stands for each vertex of the input, for `unweld morph`: a line each, its number from 0, or - where
+    /// none does. By the methods that contract edges or cluster vertices, to PLY or OBJ
+    #[arg(long, value_name = "FILE")]
+    parents: Option<PathBuf>,
     /// What the result cannot keep of the input is an error, and nothing is written
     #[arg(long)]
     strict: bool,
@@ -78,6 +83,7 @@ struct Goal {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let format = MeshFormat::of(&args.output)?;
     let output = Output::new(&args.output, [&*args.input])?;
+    let parents = args.parents.as_deref().map(|path| args.parents(path, format)).transpose()?;
     if args.json && output.is_stream() {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
@@ -93,14 +99,24 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             args.reduction.refuse()?;
             removal::simplified(&source.mesh, limit, method, &args.removal, &mut progress)
         }
-        None => reduction::reduced(&source, limit, &args.reduction, &args.removal, &mut progress),
+        None => {
+            let (reduction, removal) = (&args.reduction, &args.removal);
+            reduction::reduced(&source, limit, reduction, removal, parents.is_some(), &mut progress)
+        }
     };
-    let Outcome { mesh, left_out, joined_vertices: joined, conditioning, obstacle, passes, remarks } =
-        outcome.with_context(|| name.clone())?;
+    let Outcome {
+        mesh,
+        left_out,
+        joined_vertices: joined,
+        conditioning,
+        obstacle,
+        passes,
+        remarks,
+        parents: links,
+    } = outcome.with_context(|| name.clone())?;
     let simplifying = start.elapsed().as_secs_f64() - read - conditioning;
     drop(progress);
     let mut dropped = source.dropped;
-    dropped.extend(source.mesh.uncoded());
     dropped.extend(left_out);
     if args.strict && !dropped.is_empty() {
         bail!("{name}: --strict: the result cannot keep {}", dropped.join(", "));
@@ -115,6 +131,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             Coordinates::Float32 => format.write_exact(&mesh, Real::Binary32, out),
             Coordinates::Float64 | Coordinates::Text => format.write(&mesh, None, out),
         })?,
+    }
+    if let (Some(file), Some(links)) = (parents, links) {
+        file.write(|out| parents::write(&links, out))?;
     }
 
     let diagonal = source.mesh.diagonal();
@@ -203,8 +222,26 @@ struct Outcome {
     obstacle: String,
     /// How often all vertices were gone over, by a method that does.
     passes: Option<usize>,
+    /// Which vertex stands for which of the input, where that is wanted.
+    parents: Option<Vec<u32>>,
     /// What else there is to say.
     remarks: Vec<String>,
+}
+
+impl Args {
+    /// Where to write parents to.
+    fn parents(&self, path: &Path, format: MeshFormat) -> anyhow::Result<Output> {
+        if self.reduction.method.of_removal().is_some() {
+            let method = value_name(&self.reduction.method);
+            return Err(Usage(format!("--parents is of no use with --method {method}")).into());
+        }
+        if !matches!(format, MeshFormat::Ply | MeshFormat::Obj) {
+            return Err(
+                Usage("--parents wants PLY or OBJ: other files number vertices anew".to_owned()).into()
+            );
+        }
+        Output::new(path, [&*self.input, &*self.output])
+    }
 }
 
 impl Goal {
@@ -272,4 +309,5 @@ EXAMPLES
   unweld simplify bunny.uwm -o coarse.obj --level 3 --triangles 1000
   unweld simplify bunny.ply -o small.obj --triangles 5000 --method ffc --lock-boundary
   unweld simplify dragon.ply -o small.ply --triangles 1000 --topology free
+  unweld simplify duck.glb -o small.glb --ratio 10%             texture coordinates, normals and colours go along
   unweld simplify part.stl -o small.stl --triangles 5000 --weld 0.0001";

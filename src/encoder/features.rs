@@ -3,9 +3,11 @@
 use super::attributes::named;
 use super::{AttributeBirth, Options};
 use crate::container::AttributeEntry;
-use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored};
+pub(super) use crate::mesh::attributes::worth::is_chart;
+use crate::mesh::attributes::worth::worth;
+use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic};
 use crate::mesh::topology::{Manifold, Remainder};
-use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Vertex};
+use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Triangle, Vertex};
 use crate::simplify::{Bodies, Features, Values};
 use bitvec::vec::BitVec;
 use std::collections::HashMap;
@@ -73,15 +75,6 @@ pub fn may_be_coarse(attribute: &Attribute, birth: AttributeBirth) -> bool {
 /// Where an attribute is wanted to be born.
 pub fn birth(attribute: &Attribute, options: &Options) -> AttributeBirth {
     named(attribute, &options.attribute_births).unwrap_or_default()
-}
-
-/// Whether the triangles of an attribute's charts do not mix.
-pub fn is_chart(attribute: &Attribute) -> bool {
-    match attribute.semantic {
-        Semantic::TexCoord => attribute.domain == Domain::Corner && matches!(attribute.components, 2 | 3),
-        Semantic::Part => attribute.domain == Domain::Triangle,
-        _ => false,
-    }
 }
 
 fn weight(attribute: &Attribute, options: &Options) -> f64 {
@@ -153,42 +146,12 @@ impl Input<'_> {
     }
 
     /// How many sides of the lattice's cube, `size`, a difference of 1 is worth where the weight is 1.
-    ///
-    /// Texture coordinates: as much as the texture slips along the surface (Cohen, Olano and Manocha 1998), by the areas that both have
-    /// in all: so neither the unit of the coordinates nor how often a texture is repeated matters. Normals, colours and what else may be
-    /// shown: by [`BRIGHTNESS`], for light makes at most the difference of two unit normals of them. What has no metric, as the numbers of
-    /// joints, is worth nothing, and tangents follow from the others.
     fn worth(&self, attribute: &Attribute, positions: &[[f64; 3]], size: f64) -> f64 {
-        match attribute.semantic {
-            Semantic::Normal if attribute.components == 3 => BRIGHTNESS,
-            Semantic::TexCoord if is_chart(attribute) => {
-                let [surface, chart] = self.areas(attribute, positions);
-                if chart > 0.0 && size > 0.0 { (surface / chart).sqrt() / size } else { 0.0 }
-            }
-            Semantic::Color => BRIGHTNESS / full_scale(attribute),
-            Semantic::Generic => BRIGHTNESS / range(attribute),
-            _ => 0.0,
-        }
-    }
-
-    /// The area of the surface that has texture coordinates, and that of the texture.
-    fn areas(&self, attribute: &Attribute, positions: &[[f64; 3]]) -> [f64; 2] {
-        let mut areas = [0.0; 2];
-        for t in self.table.triangles() {
+        let of = |t: Triangle| {
             let values = t.corners().map(|c| self.value(attribute, c));
-            let [Some(a), Some(b), Some(c)] = values else { continue };
-            let at = |value: usize| {
-                let first = value * attribute.components;
-                let number = |k: usize| {
-                    if k < attribute.components { attribute.values.number(first + k) } else { 0.0 }
-                };
-                [0, 1, 2].map(number)
-            };
-            let place = |v: Vertex| positions[v.index()];
-            areas[0] += area(self.table.triangle(t).map(place));
-            areas[1] += area([a, b, c].map(at));
-        }
-        areas
+            (values, self.table.triangle(t).map(|v| positions[v.index()]))
+        };
+        worth(attribute, size, self.table.triangles().map(of))
     }
 
     /// The rows of the corners.
@@ -246,43 +209,13 @@ impl Input<'_> {
     }
 }
 
-fn area([a, b, c]: [[f64; 3]; 3]) -> f64 {
-    let [a, b, c] = [a, b, c].map(glam::DVec3::from_array);
-    0.5 * (b - a).cross(c - a).length()
-}
-
-/// What stands for full brightness.
-fn full_scale(attribute: &Attribute) -> f64 {
-    match attribute.values.stored() {
-        Stored::U8 => 255.0,
-        Stored::I8 => 127.0,
-        Stored::U16 => 65_535.0,
-        Stored::I16 => 32_767.0,
-        Stored::U32 => f64::from(u32::MAX),
-        Stored::I32 => f64::from(i32::MAX),
-        Stored::F32 | Stored::F64 => {
-            (0..attribute.values.len()).fold(1.0, |most, at| f64::max(most, attribute.values.number(at)))
-        }
-    }
-}
-
-/// From the least to the largest number.
-fn range(attribute: &Attribute) -> f64 {
-    let numbers = || (0..attribute.values.len()).map(|at| attribute.values.number(at));
-    numbers().fold(f64::NEG_INFINITY, f64::max) - numbers().fold(f64::INFINITY, f64::min)
-}
-
-/// What one of brightness is worth, black to white, in sizes of the mesh: so a bump of a fiftieth of the size counts as much for its tilt,
-/// which is what light makes of it, as for its height; wider ones count more for their height, finer ones for their tilt.
-const BRIGHTNESS: f64 = 0.02;
-
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::mesh::attributes::Values as Numbers;
     use crate::mesh::topology::Weld;
     use crate::mesh::topology::{Conditioned, condition};
-    use crate::mesh::{Attribute, shapes};
+    use crate::mesh::{Attribute, Vertex, shapes};
 
     fn of(mesh: &IndexedMesh, options: &Options) -> (CornerTable, Features) {
         let Conditioned { manifold, remainder, .. } = condition(mesh, Weld::Exact);

@@ -3,7 +3,7 @@
 //! The link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999) keeps the topology; the exception that shuts holes of three edges, and the
 //! ball within which the optimum must lie, are of Chen, Fahn, Tsai, Chen, Lin (2006).
 
-use super::quadric::Form;
+use super::quadric::{Form, Quadric};
 use super::star::{Star, Wing};
 use glam::DVec3;
 
@@ -164,20 +164,29 @@ impl Pair {
         })
     }
 
-    /// The place of the vertex, relative to the origin of both stars, which is where the source is; `None` where there is none.
+    /// The place of the vertex, relative to the origin of both stars, which is where the source is; `None` where there is none. `extra` is
+    /// what the place costs beside the planes.
     ///
     /// At the optimum the planes of both cost no more than those of the source do at the target. By [`Placement::Best`] other places
     /// may cost up to `most`.
-    pub(super) fn place(&self, forms: [Form; 2], is_fixed: bool, rules: &Rules, most: f64) -> Option<DVec3> {
+    pub(super) fn place(
+        &self,
+        forms: [Form; 2],
+        extra: &Quadric,
+        is_fixed: bool,
+        rules: &Rules,
+        most: f64,
+    ) -> Option<DVec3> {
         let target = self.target.at;
         let clear = |at: &DVec3| !rules.normals || self.is_clear(*at);
         if is_fixed {
             return Some(target).filter(clear);
         }
         let [source_form, target_form] = forms;
-        let mut sum = source_form;
-        sum += target_form;
-        let optimum = sum.solve(target_form.times(target), SINGULAR).filter(|at| at.is_finite());
+        let mut sum = *extra;
+        sum += Quadric::through(source_form, DVec3::ZERO);
+        sum += Quadric::through(target_form, target);
+        let optimum = sum.optimum(DVec3::ZERO, SINGULAR).filter(|at| at.is_finite());
         // By Thales: both ends are seen at an obtuse angle.
         let within = |at: &DVec3| at.dot(*at - target) < 0.0;
         match rules.placement {
@@ -187,7 +196,7 @@ impl Pair {
                 if let Some(at) = optimum.filter(within).filter(clear) {
                     return Some(at);
                 }
-                let cost = |at: DVec3| source_form.at(at) + target_form.at(at - target);
+                let cost = |at: DVec3| source_form.at(at) + target_form.at(at - target) + extra.at(at);
                 let mut places = [DVec3::ZERO, target, target / 2.0].map(|at| (cost(at), at));
                 places.sort_by(|a, b| a.0.total_cmp(&b.0));
                 places.into_iter().filter(|(cost, _)| *cost <= most).map(|(_, at)| at).find(clear)
@@ -285,14 +294,19 @@ mod tests {
         let places = [Placement::Optimum, Placement::Ball, Placement::Best];
         // Equal forms: the middle.
         for placement in places {
-            let place = pair.place([all; 2], false, &rules(placement), 1.0).unwrap();
+            let place = pair.place([all; 2], &Quadric::default(), false, &rules(placement), 1.0).unwrap();
             assert!((place - pair.target.at / 2.0).length() < 1e-12);
-            assert_eq!(pair.place([all; 2], true, &rules(placement), 1.0), Some(pair.target.at));
+            assert_eq!(
+                pair.place([all; 2], &Quadric::default(), true, &rules(placement), 1.0),
+                Some(pair.target.at)
+            );
         }
         // No optimum: the target, or where it costs least, at the source, whose planes are the only ones.
         let none = Form::default();
-        let place = places
-            .map(|placement| pair.place([planes(&[DVec3::X]), none], false, &rules(placement), 1.0).unwrap());
+        let place = places.map(|placement| {
+            let forms = [planes(&[DVec3::X]), none];
+            pair.place(forms, &Quadric::default(), false, &rules(placement), 1.0).unwrap()
+        });
         assert_eq!(place, [pair.target.at, pair.target.at, DVec3::ZERO]);
     }
 }

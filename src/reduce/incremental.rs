@@ -2,8 +2,10 @@
 
 use super::Options;
 use super::collapse::{Pair, SINGULAR, Topology};
+use super::fit::{Fit, least, price, values};
 use super::quadric::Quadric;
 use super::star::{GONE, Star, relative};
+use super::wedges::{Fits, Sides, Wedges};
 use super::working::{FIXED, Working};
 use glam::DVec3;
 
@@ -12,6 +14,8 @@ pub(super) struct Incremental<'a> {
     pub(super) working: &'a mut Working,
     pub(super) rings: Vec<Vec<u32>>,
     quadrics: Vec<Quadric>,
+    /// For each wedge the values that it stands for; empty without attributes.
+    fits: Vec<Fit>,
     /// Where the quadrics have their zero.
     origin: [f64; 3],
     topology: Topology,
@@ -36,14 +40,23 @@ impl<'a> Incremental<'a> {
         working.fix(topology == Topology::Free, options.lock_boundary);
         let mut star = Star::default();
         let mut quadrics = Vec::with_capacity(vertices as usize);
+        let mut fits = vec![Fit::default(); working.wedges.as_ref().map_or(0, Wedges::count)];
+        let mut around = Fits::default();
         for v in 0..vertices {
             let at = working.positions[v as usize];
             star.gather(v, working.rings.of(v), &working.triangles, &working.positions, at);
-            quadrics.push(Quadric::through(star.form(weights, true), relative(at, origin)));
+            let mut form = star.form(weights, true);
+            if let Some(wedges) = &working.wedges {
+                form += wedges.seam_planes(&star, &working.triangles, weights);
+                star.gather(v, working.rings.of(v), &working.triangles, &working.positions, origin);
+                wedges.fits(&star, &working.triangles, weights, &mut around);
+                around.take_into(&mut fits);
+            }
+            quadrics.push(Quadric::through(form, relative(at, origin)));
         }
         let rings = (0..vertices).map(|v| working.rings.of(v).to_vec()).collect();
         working.rings = super::rings::Rings::default();
-        Self { working, rings, quadrics, origin, topology, pair: Pair::default() }
+        Self { working, rings, quadrics, fits, origin, topology, pair: Pair::default() }
     }
 
     /// What contracting an edge costs, and where its vertex goes: to the optimum, or else to the best of the ends and the middle; `None`
@@ -60,11 +73,28 @@ impl<'a> Incremental<'a> {
         let [a, b] = ends.map(|v| relative(self.working.positions[v as usize], self.origin));
         let mut sum = self.quadrics[ends[0] as usize];
         sum += self.quadrics[ends[1] as usize];
+        let joined = self.joined(ends)?;
+        let stays = [0, 1].map(|end| self.stays(ends[end], end, joined.as_ref()));
+        let rest = |end: usize| match (&self.working.wedges, &joined) {
+            // The values are those of the end that stays, too.
+            (Some(wedges), Some(sides)) => {
+                let at = if end == 0 { a } else { b };
+                let of = |pair: &[u32; 2]| price(&self.both(*pair), at, wedges.row(pair[end]));
+                sides.pairs().iter().map(of).sum::<f64>()
+            }
+            _ => 0.0,
+        };
+        if stays == [false; 2]
+            && let Some(sides) = &joined
+        {
+            sides.pairs().iter().for_each(|pair| sum += least(&self.both(*pair)));
+        }
         let of = |place: DVec3| Candidate { cost: sum.at(place), ends, place };
-        let (optimum, mut others) = match ends.map(|v| self.working.flags[v as usize] & FIXED != 0) {
+        let and = |candidate: Candidate, more: f64| Candidate { cost: candidate.cost + more, ..candidate };
+        let (optimum, mut others) = match stays {
             [true, true] => return None,
-            [true, false] => (None, vec![of(a)]),
-            [false, true] => (None, vec![of(b)]),
+            [true, false] => (None, vec![and(of(a), rest(0))]),
+            [false, true] => (None, vec![and(of(b), rest(1))]),
             [false, false] => {
                 let optimum = sum.optimum(a, SINGULAR).map(|at| of(at + a)).filter(|c| c.place.is_finite());
                 (optimum, vec![of(a), of(b), of((a + b) / 2.0)])
@@ -72,6 +102,28 @@ impl<'a> Incremental<'a> {
         };
         others.sort_by(|x, y| x.cost.total_cmp(&y.cost));
         Some(optimum.into_iter().chain(others))
+    }
+
+    /// The fits of two wedges.
+    fn both(&self, pair: [u32; 2]) -> [&Fit; 2] {
+        pair.map(|wedge| &self.fits[wedge as usize])
+    }
+
+    /// With attributes, which wedges an edge joins; `None` where it would join what a seam parts.
+    fn joined(&self, ends: [u32; 2]) -> Option<Option<Sides>> {
+        let Working { triangles, wedges: Some(wedges), .. } = &*self.working else { return Some(None) };
+        let at_edge =
+            self.rings[ends[0] as usize].iter().filter(|&&t| triangles[t as usize].contains(&ends[1]));
+        Sides::of(at_edge.map(|&t| ends.map(|v| wedges.of(t, v, triangles)))).map(Some)
+    }
+
+    /// Whether an end of an edge stays in its place: fixed, or with wedges beside those that are joined.
+    fn stays(&self, v: u32, end: usize, joined: Option<&Sides>) -> bool {
+        let Working { triangles, flags, wedges, .. } = &*self.working;
+        flags[v as usize] & FIXED != 0
+            || wedges.as_ref().zip(joined).is_some_and(|(wedges, sides)| {
+                self.rings[v as usize].iter().any(|&t| !sides.has(end, wedges.of(t, v, triangles)))
+            })
     }
 
     /// Contracts an edge if topology and normals allow it, else not. Returns the vertex that is left.
@@ -89,13 +141,15 @@ impl<'a> Incremental<'a> {
 
     /// Gathers the stars of an edge, that of the end which goes first; `None` where the topology does not allow it.
     fn gather(&mut self, ends: [u32; 2]) -> Option<()> {
-        let Working { positions, triangles, flags, .. } = &*self.working;
+        let Working { positions, triangles, .. } = &*self.working;
         let stars = [&mut self.pair.source, &mut self.pair.target];
         for (star, v) in stars.into_iter().zip(ends) {
             star.gather(v, &self.rings[v as usize], triangles, positions, self.origin);
         }
-        let stays = |star: &Star| (flags[star.vertex as usize] & FIXED != 0, star.is_boundary());
-        if stays(&self.pair.source) > stays(&self.pair.target) {
+        let joined = self.joined(ends)?;
+        let stays =
+            |star: &Star, end: usize| (self.stays(star.vertex, end, joined.as_ref()), star.is_boundary());
+        if stays(&self.pair.source, 0) > stays(&self.pair.target, 1) {
             std::mem::swap(&mut self.pair.source, &mut self.pair.target);
         }
         self.pair.is_allowed(Some(self.topology)).then_some(())
@@ -106,7 +160,11 @@ impl<'a> Incremental<'a> {
             return None;
         }
         let [source, target] = [self.pair.source.vertex, self.pair.target.vertex];
-        let Working { positions, triangles, living, .. } = &mut *self.working;
+        self.join(candidate.place)?;
+        let Working { positions, triangles, living, parents, .. } = &mut *self.working;
+        if let Some(parents) = parents {
+            parents.merge(source, target);
+        }
         let gone = self.pair.at_edge().map(|wing| wing.triangle).chain(self.pair.repeated.iter().copied());
         for t in gone {
             for v in triangles[t as usize] {
@@ -125,6 +183,27 @@ impl<'a> Incremental<'a> {
         let sum = self.quadrics[source as usize];
         self.quadrics[target as usize] += sum;
         Some(target)
+    }
+
+    /// Joins the wedges of the edge that was gathered, before the triangles change; `None` where a seam is in the way.
+    fn join(&mut self, place: DVec3) -> Option<()> {
+        let Working { triangles, wedges: Some(wedges), flags, .. } = &mut *self.working else {
+            return Some(());
+        };
+        let Pair { source, target, .. } = &self.pair;
+        let sides = wedges.sides(&self.pair, triangles)?;
+        let rests = flags[target.vertex as usize] & FIXED != 0 || wedges.rests(target, sides, triangles);
+        self.pair.moved().for_each(|wing| wedges.join(wing.triangle, source.vertex, &sides, triangles));
+        let is_nearer = place.distance_squared(source.at) < place.distance_squared(target.at);
+        for &[from, to] in sides.pairs() {
+            let more = std::mem::take(&mut self.fits[from as usize]);
+            if !rests {
+                let found: Vec<f64> = values(&[&more, &self.fits[to as usize]], place).collect();
+                wedges.change([from, to], found.into_iter(), is_nearer);
+            }
+            self.fits[to as usize].add_all(&more);
+        }
+        Some(())
     }
 
     /// The vertices at the other ends of the edges of a vertex, in ascending order.

@@ -6,8 +6,11 @@
 mod choices;
 mod cluster;
 mod collapse;
+mod fit;
 mod incremental;
+pub mod morph;
 mod octree;
+mod parents;
 mod pipeline;
 mod quadric;
 mod queue;
@@ -16,9 +19,11 @@ mod rings;
 mod selection;
 mod star;
 mod uniform;
+mod wedges;
 mod working;
 
 pub use collapse::Topology;
+pub use parents::NO_VERTEX;
 pub use quadric::Weights;
 pub use working::LeftOut;
 
@@ -103,6 +108,12 @@ pub struct Options {
     pub strict_normals: bool,
     /// [`Method::Octree`]: whether the error counts how far old vertices are off the new triangles, too.
     pub both_errors: bool,
+    /// [`Method::Octree`]: whether cells are cut in eight at once, as the paper has it, and not halved where their triangles turn most.
+    pub eighths: bool,
+    /// Whether the attributes count and are kept, where there are any; not so by an edition.
+    pub attributes: bool,
+    /// Whether to tell which vertex stands for which.
+    pub parents: bool,
 }
 
 impl Default for Options {
@@ -121,6 +132,9 @@ impl Default for Options {
             representative: Representative::default(),
             strict_normals: false,
             both_errors: false,
+            eighths: false,
+            attributes: true,
+            parents: false,
         }
     }
 }
@@ -128,8 +142,12 @@ impl Default for Options {
 /// What came of a mesh.
 #[derive(Clone, Debug, Default)]
 pub struct Reduced {
-    /// Positions and triangles; every vertex is in one.
+    /// Positions, triangles and attributes; every vertex is in a triangle.
     pub mesh: IndexedMesh,
+    /// For each vertex of the input the number of the one that stands for it, or [`NO_VERTEX`]; empty where that was not wanted.
+    ///
+    /// Each triangle of the result is one of the input's with these in the places of its vertices.
+    pub parents: Vec<u32>,
     /// What was of no use from the start.
     pub left_out: LeftOut,
     /// What each pass over the mesh did.
@@ -147,12 +165,12 @@ pub struct Pass {
     pub contractions: usize,
 }
 
-/// Makes a mesh coarser, to at most `faces` triangles if that can be; what else the mesh has than positions and triangles is not looked
-/// at. `progress` is told the triangles removed and those to remove, and says whether to go on.
+/// Makes a mesh coarser, to at most `faces` triangles if that can be, with its attributes: seams between parts, charts of texture
+/// coordinates, colours and creases of normals stay, and so much shape is given for values that are nearer to those there were. `progress` is told the triangles removed and those to remove, and says whether to go on.
 ///
 /// # Errors
-/// [`Error::Parameter`] where a triangle names a vertex that does not exist or whose coordinates are no finite numbers, or an option is
-/// out of its range; [`Error::Limit`] for more than 2^32 / 3 triangles; [`Error::Cancelled`] where `progress` said so.
+/// [`Error::Parameter`] where a triangle names a vertex that does not exist or whose coordinates are no finite numbers, an attribute is not of
+/// these triangles, or an option is out of its range; [`Error::Limit`] for more than 2^32 / 3 triangles; [`Error::Cancelled`] where `progress` said so.
 pub fn reduce(
     mesh: &IndexedMesh,
     faces: usize,
@@ -168,7 +186,11 @@ pub fn reduce(
     if options.choices == 0 {
         return Err(Error::Parameter("one choice at least is to be made".to_owned()));
     }
-    let (mut working, left_out) = Working::new(mesh)?;
+    let with_attributes = options.attributes && options.edition.is_none() && !mesh.attributes.is_empty();
+    if with_attributes {
+        mesh.attributes.iter().try_for_each(|a| a.check(mesh.triangles.len())).map_err(Error::Parameter)?;
+    }
+    let (mut working, left_out) = Working::new(mesh, with_attributes, options.parents)?;
     let mut ticker = Ticker { start: working.living, faces, progress };
     ticker.tell(working.living)?;
     let passes = match options.method {
@@ -178,7 +200,8 @@ pub fn reduce(
         Method::Octree => octree::run(&mut working, faces, options, &mut ticker)?,
         Method::Uniform => uniform::run(&mut working, faces, options, &mut ticker)?,
     };
-    Ok(Reduced { mesh: working.into_mesh(), left_out, passes })
+    let (mesh, parents) = working.into_mesh(mesh);
+    Ok(Reduced { mesh, parents, left_out, passes })
 }
 
 /// Tells of the progress.

@@ -1,11 +1,14 @@
 //! Adaptive clustering by an octree, for any triangles whatever: a cell's vertices become one where one vertex is near to all of the
-//! planes round them, or else the cell is cut in eight. Two vertices of a cell that no edges within it join do not become one.
+//! planes round them, or else the cell is cut. Two vertices of a cell that no edges within it join do not become one.
 //!
 //! Decided once for all errors: a tree of the sets of vertices that hold together in the cells of each depth, each with its error and its
 //! best place. A limit on the error cuts the tree; so many triangles are found by bisection.
+//!
+//! Beyond cutting in eight: a cell is halved, across the side along which its triangles turn most, as their normals tell (Shaffer and
+//! Garland 2001 cut so, by any plane). So sets are long where the surface is bent one way alone, and have all sizes and not each fourth.
 
 use super::cluster::{BoundaryEdge, boundary_edges, merge, surviving};
-use super::quadric::{Form, Quadric};
+use super::quadric::{Form, Quadric, Weights};
 use super::star::relative;
 use super::working::Working;
 use super::{Options, Pass, Ticker};
@@ -27,7 +30,7 @@ pub(super) fn run(
     if triangles <= faces {
         return Ok(Vec::new());
     }
-    let tree = Tree::grow(working, options, ticker)?;
+    let tree = Tree::grow(working, faces, options, ticker)?;
     let mut errors: Vec<f64> = tree.nodes.iter().map(|node| node.error).filter(|e| e.is_finite()).collect();
     errors.sort_unstable_by(f64::total_cmp);
     errors.dedup();
@@ -58,7 +61,22 @@ struct Node {
     parent: u32,
     /// The sum of squared distances of its place from its planes; infinite where it must be parted.
     error: f64,
+    /// The same, but no more than that of any set that it is in: a limit below it parts this one.
+    least: f64,
     place: [f64; 3],
+    /// How often its cell has been halved along each axis, and along which of them it is to be cut next.
+    cuts: [u32; 3],
+    axes: [bool; 3],
+    /// Its parts.
+    parts: u32,
+    /// Whether there is no need to part it.
+    is_settled: bool,
+}
+
+impl Node {
+    fn cuts_of_parts(&self) -> [u32; 3] {
+        std::array::from_fn(|k| self.cuts[k] + u32::from(self.axes[k]))
+    }
 }
 
 struct Tree {
@@ -66,10 +84,13 @@ struct Tree {
     nodes: Vec<Node>,
     /// For each vertex the smallest set that it is in.
     leaves: Vec<u32>,
+    /// Sets that are in no other.
+    roots: usize,
 }
 
 impl Tree {
-    fn grow(working: &mut Working, options: &Options, ticker: &mut Ticker) -> Result<Self> {
+    /// Parts sets until no limit that leaves at least `faces` triangles could part another one.
+    fn grow(working: &mut Working, faces: usize, options: &Options, ticker: &mut Ticker) -> Result<Self> {
         let boundary = boundary_edges(working);
         let (min, max) = lattice::bounds(working.positions.iter().copied()).unwrap_or_default();
         let longest = (0..3).map(|k| max[k] - min[k]).fold(0.0, f64::max);
@@ -78,42 +99,66 @@ impl Tree {
             std::array::from_fn(|k| (((p[k] - min[k]) * scale) as u32).min((1 << DEPTH) - 1))
         };
         let paths: Vec<[u32; 3]> = working.positions.iter().map(path).collect();
-        let planes = Planes { working, boundary, origin: min, options };
+        let triangles = (0..working.triangles.len() as u32).collect();
+        let mut planes = Planes { working, boundary, origin: min, options, longest, triangles };
         let vertices = paths.len();
-        let mut tree = Self { nodes: Vec::new(), leaves: vec![u32::MAX; vertices] };
-        // Sets at the depth before, and parts of them.
-        let mut depth = 0;
-        let mut alive = vertices > 0;
-        while alive {
+        let mut tree = Self { nodes: Vec::new(), leaves: vec![u32::MAX; vertices], roots: 0 };
+        let mut is_top = true;
+        while is_top && vertices > 0 || !planes.triangles.is_empty() {
             ticker.tell(planes.working.living)?;
-            let octant = |v: u32| match depth {
-                0 => [0; 3],
-                _ => paths[v as usize].map(|x| x >> (DEPTH - depth) & 1),
-            };
             let first = tree.nodes.len() as u32;
-            let labels = tree.parts(&planes, octant, depth == 0);
-            let size = longest / f64::from(1 << depth);
-            let sizes = planes.solve(&mut tree.nodes[first as usize..], &labels, size);
-            // A vertex alone is as small as it can be; and at the last depth all are.
-            alive = false;
-            for (v, label) in labels.iter().enumerate() {
+            let labels = tree.parts(&planes, &paths, is_top);
+            planes.solve(&mut tree.nodes[first as usize..], &labels);
+            for (leaf, label) in tree.leaves.iter_mut().zip(&labels) {
                 if let Some(label) = *label {
-                    tree.leaves[v] = first + label;
-                    alive |= sizes[label as usize] > 1;
+                    *leaf = first + label;
                 }
             }
-            if depth == DEPTH {
-                alive = false;
-                tree.nodes[first as usize..].iter_mut().for_each(|node| node.error = 0.0);
+            if is_top {
+                tree.roots = tree.nodes.len();
             }
-            tree.settled(first, &sizes);
-            depth += 1;
+            tree.settle(first as usize, is_top, faces);
+            is_top = false;
+            let Self { nodes, leaves, .. } = &tree;
+            let has_more = |v: u32| !nodes[leaves[v as usize] as usize].is_settled;
+            let Planes { triangles, boundary, working, .. } = &mut planes;
+            triangles.retain(|&t| working.triangles[t as usize].into_iter().any(has_more));
+            boundary.retain(|edge| edge.ends.into_iter().any(has_more));
         }
         Ok(tree)
     }
 
-    /// Parts the sets that are not settled by octants and by what holds together in them. Returns for each vertex the number of its part.
-    fn parts(&mut self, planes: &Planes, octant: impl Fn(u32) -> [u32; 3], is_top: bool) -> Vec<Option<u32>> {
+    /// Tells the new sets, from `first` on, what limits part them, and which of all sets no limit needs to part that leaves so many triangles:
+    /// as many sets are more triangles, but where most triangles are alone.
+    fn settle(&mut self, first: usize, is_top: bool, faces: usize) {
+        for number in first..self.nodes.len() {
+            let Node { parent, error, .. } = self.nodes[number];
+            let above = if is_top { f64::INFINITY } else { self.nodes[parent as usize].least };
+            self.nodes[number].least = error.min(above);
+        }
+        let parted = self.nodes.iter().filter(|node| node.parts > 1);
+        let mut parted: Vec<(f64, u32)> = parted.map(|node| (node.least, node.parts - 1)).collect();
+        parted.sort_unstable_by(|x, y| y.0.total_cmp(&x.0));
+        let mut count = self.roots;
+        let enough = parted.into_iter().find(|(_, more)| {
+            count += *more as usize;
+            count > faces + faces / 2
+        });
+        let Some((limit, _)) = enough else { return };
+        self.nodes.iter_mut().filter(|node| node.least < limit).for_each(|node| node.is_settled = true);
+    }
+
+    /// Parts the sets that are not settled by the halves of their cells and by what holds together in them. Returns for each vertex the number
+    /// of its part.
+    fn parts(&mut self, planes: &Planes, paths: &[[u32; 3]], is_top: bool) -> Vec<Option<u32>> {
+        let half = |v: u32| -> [u32; 3] {
+            match self.nodes.get(self.leaves[v as usize] as usize) {
+                Some(Node { cuts, axes, .. }) => std::array::from_fn(|k| {
+                    if axes[k] { paths[v as usize][k] >> (DEPTH - 1 - cuts[k]) & 1 } else { 0 }
+                }),
+                None => [0; 3],
+            }
+        };
         let vertices = self.leaves.len();
         let mut sets: Vec<u32> = (0..vertices as u32).collect();
         let find = |sets: &mut Vec<u32>, mut v: u32| {
@@ -123,10 +168,11 @@ impl Tree {
             }
             v
         };
-        for triangle in &planes.working.triangles {
+        for &t in &planes.triangles {
+            let triangle = planes.working.triangles[t as usize];
             for k in 0..3 {
                 let [a, b] = [triangle[k], triangle[(k + 1) % 3]];
-                if (is_top || self.leaves[a as usize] == self.leaves[b as usize]) && octant(a) == octant(b) {
+                if self.leaves[a as usize] == self.leaves[b as usize] && half(a) == half(b) {
                     let [x, y] = [a, b].map(|v| find(&mut sets, v));
                     sets[x.max(y) as usize] = x.min(y);
                 }
@@ -136,29 +182,33 @@ impl Tree {
         let mut labels: Vec<Option<u32>> = vec![None; vertices];
         for v in 0..vertices as u32 {
             let parent = self.leaves[v as usize];
-            if !is_top && self.nodes[parent as usize].error == 0.0 {
+            if !is_top && self.nodes[parent as usize].is_settled {
                 continue;
             }
             let root = find(&mut sets, v);
             if root == v {
                 let number = self.nodes.len() as u32;
                 labels[v as usize] = Some(number - first);
-                let parent = if is_top { number } else { parent };
-                self.nodes.push(Node { parent, error: 0.0, place: planes.working.positions[v as usize] });
+                let mut cuts = [0; 3];
+                if let Some(above) = self.nodes.get_mut(parent as usize) {
+                    above.parts += 1;
+                    cuts = above.cuts_of_parts();
+                }
+                self.nodes.push(Node {
+                    parent: if is_top { number } else { parent },
+                    error: 0.0,
+                    least: 0.0,
+                    place: planes.working.positions[v as usize],
+                    cuts,
+                    axes: [false; 3],
+                    parts: 0,
+                    is_settled: false,
+                });
             } else {
                 labels[v as usize] = labels[root as usize];
             }
         }
         labels
-    }
-
-    /// A vertex alone has no error.
-    fn settled(&mut self, first: u32, sizes: &[u32]) {
-        for (node, &size) in self.nodes[first as usize..].iter_mut().zip(sizes) {
-            if size == 1 {
-                node.error = 0.0;
-            }
-        }
     }
 
     /// For each set the largest one that it is in, or is, whose error is at most this; the set itself where there is none.
@@ -179,53 +229,106 @@ struct Planes<'a> {
     boundary: Vec<BoundaryEdge>,
     origin: [f64; 3],
     options: &'a Options,
+    /// The side of the whole.
+    longest: f64,
+    /// Triangles with a vertex in a set that is not settled.
+    triangles: Vec<u32>,
+}
+
+/// How the triangles of a set turn.
+#[derive(Clone, Copy, Default)]
+struct Turning {
+    /// What their planes count in all; the sum of that times the normals, and times the squares of their coordinates.
+    weight: f64,
+    normals: DVec3,
+    squares: DVec3,
+    /// The corners of the box round its vertices.
+    box_of: [DVec3; 2],
+}
+
+impl Turning {
+    /// The axis along which they turn most, as far as it is to be halved; of those that do not turn the longest.
+    fn axis(&self, cuts: [u32; 3]) -> Option<usize> {
+        let extent = self.box_of[1] - self.box_of[0];
+        let spread = self.squares - self.normals * self.normals / self.weight.max(f64::MIN_POSITIVE);
+        let bend = (spread * extent * extent).to_array();
+        let extent = extent.to_array();
+        let halves = (0..3).filter(|&k| cuts[k] < DEPTH && extent[k] > 0.0);
+        halves.max_by(|&i, &j| bend[i].total_cmp(&bend[j]).then(extent[i].total_cmp(&extent[j])))
+    }
 }
 
 impl Planes<'_> {
-    /// Finds place and error of each set from the planes of the triangles with a vertex in it, each once, and of the boundary's edges.
-    /// Returns how many vertices each has.
-    fn solve(&self, nodes: &mut [Node], labels: &[Option<u32>], size: f64) -> Vec<u32> {
+    /// Finds place and error of each set from the planes of the triangles with a vertex in it, each once, and of the boundary's edges, and how
+    /// its cell is to be cut.
+    fn solve(&self, nodes: &mut [Node], labels: &[Option<u32>]) {
+        let cell: Vec<f64> = nodes
+            .iter()
+            .map(|node| self.longest / f64::from(1u32 << node.cuts.into_iter().min().unwrap_or(0)))
+            .collect();
+        let mut turning =
+            vec![
+                Turning { box_of: [DVec3::INFINITY, DVec3::NEG_INFINITY], ..Turning::default() };
+                nodes.len()
+            ];
         let mut sizes = vec![0; nodes.len()];
         let mut centres = vec![DVec3::ZERO; nodes.len()];
         for (v, label) in labels.iter().enumerate() {
             if let Some(label) = *label {
                 sizes[label as usize] += 1;
-                centres[label as usize] += self.at(v as u32);
+                let at = self.at(v as u32);
+                centres[label as usize] += at;
+                let [low, high] = &mut turning[label as usize].box_of;
+                (*low, *high) = (low.min(at), high.max(at));
             }
         }
         let mut sums = vec![Quadric::default(); nodes.len()];
-        let add = |sums: &mut [Quadric], vertices: &[u32], form: Form, point: DVec3| {
+        let mut add = |vertices: &[u32], form: Form, point: DVec3, of_triangle: Option<DVec3>| {
             let plane = Quadric::through(form, point);
+            // What is as long as the plane counts.
+            let normal = of_triangle.map(|cross| match self.options.weights {
+                Weights::Area => cross * 0.5,
+                Weights::Unit => cross.normalize_or_zero(),
+            });
             for (k, &v) in vertices.iter().enumerate() {
                 let label = labels[v as usize];
                 if let Some(label) = label
                     && vertices[..k].iter().all(|&before| labels[before as usize] != Some(label))
                 {
                     sums[label as usize] += plane;
+                    if let Some(normal) = normal {
+                        let turning = &mut turning[label as usize];
+                        let length = normal.length();
+                        turning.weight += length;
+                        turning.normals += normal;
+                        turning.squares += normal * normal / length.max(f64::MIN_POSITIVE);
+                    }
                 }
             }
         };
-        for triangle in &self.working.triangles {
+        for &t in &self.triangles {
+            let triangle = &self.working.triangles[t as usize];
             let [a, b, c] = triangle.map(|v| self.at(v));
+            let cross = (b - a).cross(c - a);
             let mut form = Form::default();
-            form.add_triangle((b - a).cross(c - a), self.options.weights);
-            add(&mut sums, triangle, form, a);
+            form.add_triangle(cross, self.options.weights);
+            add(triangle, form, a, Some(cross));
         }
         for edge in &self.boundary {
             let [a, b] = edge.ends.map(|v| self.at(v));
             let mut form = Form::default();
             form.add_boundary(b - a, edge.cross, self.options.weights);
-            add(&mut sums, &edge.ends, form, a);
+            add(&edge.ends, form, a, None);
         }
         let sums = match self.options.both_errors {
-            true => self.with_moved_planes(sums, &centres, &sizes, labels, size),
+            true => self.with_moved_planes(sums, &centres, &sizes, labels, &cell),
             false => sums,
         };
         let mut best: Vec<(f64, DVec3)> = Vec::with_capacity(nodes.len());
         let mut is_solved = vec![true; nodes.len()];
         for (k, sum) in sums.iter().enumerate() {
             let centre = centres[k] / f64::from(sizes[k].max(1));
-            let optimum = optimum(sum, centre, size);
+            let optimum = optimum(sum, centre, cell[k]);
             is_solved[k] = optimum.is_some();
             let place = centre + optimum.unwrap_or_default();
             best.push((sum.at(place), place));
@@ -241,17 +344,23 @@ impl Planes<'_> {
                 best[label] = (cost, at);
             }
         }
-        for ((node, (error, place)), &size) in nodes.iter_mut().zip(best).zip(&sizes) {
-            if size > 1 {
-                // No error at all would be taken for a vertex alone.
-                node.error = error.max(f64::MIN_POSITIVE);
+        for (k, (node, (error, place))) in nodes.iter_mut().zip(best).enumerate() {
+            let axis = turning[k].axis(node.cuts);
+            node.axes = std::array::from_fn(|k| Some(k) == axis);
+            // A vertex alone has no error, and what is in one place has none worth a part.
+            node.is_settled = sizes[k] == 1 || axis.is_none();
+            if sizes[k] > 1 {
+                node.error = error;
                 node.place = std::array::from_fn(|k| place[k] + self.origin[k]);
+            }
+            if self.options.eighths {
+                node.axes = [true; 3];
+                node.is_settled |= node.cuts[0] >= DEPTH;
             }
         }
         if self.options.strict_normals {
             self.part_opposed(nodes, labels);
         }
-        sizes
     }
 
     /// Adds what the old vertices are off the new triangles, which hang on the place: from three rounds (the second error, iterated).
@@ -264,17 +373,18 @@ impl Planes<'_> {
         centres: &[DVec3],
         sizes: &[u32],
         labels: &[Option<u32>],
-        size: f64,
+        cell: &[f64],
     ) -> Vec<Quadric> {
         let mut sums = planes.clone();
         for _ in 0..ROUNDS {
             let place = |(k, sum): (usize, &Quadric)| {
                 let centre = centres[k] / f64::from(sizes[k].max(1));
-                centre + optimum(sum, centre, size).unwrap_or_default()
+                centre + optimum(sum, centre, cell[k]).unwrap_or_default()
             };
             let places: Vec<DVec3> = sums.iter().enumerate().map(place).collect();
             sums.clone_from(&planes);
-            for triangle in &self.working.triangles {
+            for &t in &self.triangles {
+                let triangle = self.working.triangles[t as usize];
                 let at = triangle.map(|v| self.at(v));
                 let set = triangle.map(|v| labels[v as usize]);
                 for k in 0..3 {
@@ -304,19 +414,19 @@ impl Planes<'_> {
             (b - a).cross(c - a)
         };
         let mut sums = vec![DVec3::ZERO; nodes.len()];
-        let triangles = &self.working.triangles;
-        for triangle in triangles {
+        let triangles = || self.triangles.iter().map(|&t| &self.working.triangles[t as usize]);
+        for triangle in triangles() {
             let cross = cross(triangle);
             triangle
                 .iter()
                 .filter_map(|&v| labels[v as usize])
                 .for_each(|label| sums[label as usize] += cross);
         }
-        for triangle in triangles {
+        for triangle in triangles() {
             let cross = cross(triangle);
             for label in triangle.iter().filter_map(|&v| labels[v as usize]) {
                 let node = &mut nodes[label as usize];
-                if sums[label as usize].dot(cross) < 0.0 && node.error > 0.0 {
+                if sums[label as usize].dot(cross) < 0.0 && !node.is_settled {
                     node.error = f64::INFINITY;
                 }
             }
@@ -337,7 +447,7 @@ fn optimum(sum: &Quadric, centre: DVec3, size: f64) -> Option<DVec3> {
 const ROUNDS: usize = 3;
 /// A triangle that shrinks to nothing counts so many times its plane, at most.
 const MOST_RATIO: f64 = 100.0;
-/// How often cells are halved, at most.
+/// How often cells are halved along each axis, at most.
 const DEPTH: u32 = 21;
 /// As of contractions, but stricter: sets are larger than stars.
 const SINGULAR: f64 = 1e-4;

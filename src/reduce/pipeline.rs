@@ -11,14 +11,17 @@
 //! last pass takes no more than it needs, all over the mesh instead of its first part.
 
 use super::collapse::{Pair, Placement, Rules, Topology};
-use super::quadric::{Form, Weights};
+use super::quadric::{Form, Quadric, Weights};
 use super::selection::{Record, Selection};
-use super::star::{GONE, relative, turned};
+use super::star::{GONE, Star, relative, turned};
+use super::wedges::{Fits, Sides, Spoke};
 use super::working::{DIRTY, FIXED, Working};
 use super::{Edition, Options, Pass, Strategy, Ticker};
 use crate::error::Result;
 use crate::mesh::random::SplitMix64;
 use glam::DVec3;
+
+mod attributes;
 
 /// Makes passes until at most `faces` triangles are left or none can go.
 ///
@@ -40,10 +43,14 @@ pub(super) fn run(
         scheme,
         pair: Pair::default(),
         spokes: Vec::new(),
+        ends: Vec::new(),
+        fits: [Fits::default(), Fits::default()],
+        sides: None,
         is_thorough: false,
         most: f64::INFINITY,
     };
-    let mut cap = scheme.cap;
+    // What a pass in vain lets propose more.
+    let (mut cap, mut slack) = (scheme.cap, 1.0);
     while pipeline.working.living > faces {
         let vertices = pipeline.working.positions.len();
         let triangles = pipeline.working.living;
@@ -51,13 +58,14 @@ pub(super) fn run(
         // A contraction takes two triangles with it.
         let wanted = (triangles - faces).div_ceil(2);
         let need = if scheme.spreads { 1.6 * wanted as f64 / vertices as f64 + 0.02 } else { 1.0 };
-        pipeline.most = pipeline.quantile(cap.min(need), passes.len() as u64);
+        let share = cap.min(need * slack);
+        pipeline.most = pipeline.quantile(share, passes.len() as u64);
         let contractions = pipeline.pass(options.heap, ticker)?;
         pipeline.working.compact();
         passes.push(Pass { vertices, triangles, contractions });
         if contractions < wanted.min(vertices / LEAST_SHARE).max(1) {
-            if cap < 1.0 {
-                cap *= 2.0;
+            if share < 1.0 {
+                (cap, slack) = (cap * 2.0, slack * 4.0);
             } else if !pipeline.is_thorough && scheme.rules.topology.is_some() {
                 pipeline.is_thorough = true;
             } else if contractions == 0 {
@@ -125,6 +133,12 @@ struct Pipeline<'a> {
     pair: Pair,
     /// Neighbours of a vertex and where they are relative to it.
     spokes: Vec<(u32, DVec3)>,
+    /// With attributes, the edges of a star.
+    ends: Vec<Spoke>,
+    /// With attributes, the values round the source and the target.
+    fits: [Fits; 2],
+    /// With attributes, which wedges the contraction that was looked at last joins, where the target does not rest.
+    sides: Option<(Sides, bool)>,
     /// Whether a vertex proposes what can be carried out, though it may be dearer.
     is_thorough: bool,
     /// What a contraction may cost in this pass.
@@ -183,6 +197,9 @@ impl Pipeline<'_> {
         if flags[v as usize] != 0 {
             return None;
         }
+        if self.working.wedges.is_some() {
+            return self.proposal_with_attributes(v);
+        }
         let origin = positions[v as usize];
         let mut form = Form::default();
         // Within, each neighbour is in two triangles; on the boundary two are in one.
@@ -200,7 +217,8 @@ impl Pipeline<'_> {
             form = self.boundary_spokes(v);
         }
         if self.is_thorough {
-            return self.thorough(v, &form);
+            let choices = self.spokes.iter().map(|&(target, at)| (form.at(at).max(0.0), target)).collect();
+            return self.thorough(v, choices);
         }
         let Working { flags, rings, .. } = &*self.working;
         let mut best = Record { cost: f64::INFINITY, source: v, target: u32::MAX };
@@ -231,9 +249,7 @@ impl Pipeline<'_> {
     }
 
     /// The cheapest contraction that can be carried out as things are.
-    fn thorough(&mut self, v: u32, form: &Form) -> Option<Record> {
-        let mut choices: Vec<(f64, u32)> =
-            self.spokes.iter().map(|&(target, at)| (form.at(at).max(0.0), target)).collect();
+    fn thorough(&mut self, v: u32, mut choices: Vec<(f64, u32)>) -> Option<Record> {
         choices.sort_by(|x, y| x.0.total_cmp(&y.0).then(x.1.cmp(&y.1)));
         choices.truncate(MOST_CHOICES);
         let can = |&(cost, target): &(f64, u32)| {
@@ -246,7 +262,7 @@ impl Pipeline<'_> {
     /// Where the vertex of a contraction goes, if it can be carried out; leaves its stars in `pair`.
     fn place(&mut self, record: Record) -> Option<DVec3> {
         let Record { source, target, .. } = record;
-        let Working { positions, triangles, flags, rings, .. } = &mut *self.working;
+        let Working { positions, triangles, flags, rings, .. } = &*self.working;
         let [source_flags, target_flags] = [source, target].map(|v| flags[v as usize]);
         if (source_flags | target_flags) & DIRTY != 0 {
             return None;
@@ -255,11 +271,12 @@ impl Pipeline<'_> {
         self.pair.source.gather(source, rings.of(source), triangles, positions, origin);
         self.pair.target.gather(target, rings.of(target), triangles, positions, origin);
         let mut place = None;
-        if self.pair.is_allowed(self.scheme.rules.topology) {
-            let stars = [&self.pair.source, &self.pair.target];
-            let forms = stars.map(|star| star.form(self.scheme.weights, self.scheme.boundary_planes));
-            place = self.pair.place(forms, target_flags & FIXED != 0, &self.scheme.rules, self.most);
+        let (mut extra, mut is_fixed) = (Quadric::default(), target_flags & FIXED != 0);
+        if self.pair.is_allowed(self.scheme.rules.topology) && self.joins(&mut extra, &mut is_fixed) {
+            let forms = [&self.pair.source, &self.pair.target].map(|star| self.form(star));
+            place = self.pair.place(forms, &extra, is_fixed, &self.scheme.rules, self.most);
         }
+        let Working { flags, .. } = &mut *self.working;
         if place.is_none() && self.pair.target.wings.len() > MANY {
             // Or else all round it would try in vain, and each would look at all of its triangles.
             flags[target as usize] |= DIRTY;
@@ -271,7 +288,11 @@ impl Pipeline<'_> {
     fn contract(&mut self, record: Record) -> bool {
         let Some(place) = self.place(record) else { return false };
         let Record { source, target, .. } = record;
-        let Working { positions, triangles, flags, living, .. } = &mut *self.working;
+        self.join(place);
+        let Working { positions, triangles, flags, living, parents, .. } = &mut *self.working;
+        if let Some(parents) = parents {
+            parents.merge(source, target);
+        }
         if place != self.pair.target.at {
             let origin = positions[source as usize];
             positions[target as usize] = std::array::from_fn(|k| origin[k] + place[k]);
@@ -281,7 +302,8 @@ impl Pipeline<'_> {
             *living -= 1;
         }
         for wing in self.pair.moved() {
-            triangles[wing.triangle as usize] = [target, wing.a, wing.b];
+            let corners = &mut triangles[wing.triangle as usize];
+            corners[super::wedges::place(*corners, source)] = target;
         }
         for &t in &self.pair.repeated {
             triangles[t as usize] = GONE;

@@ -133,6 +133,13 @@ impl Quadric {
         Self { form, linear: -moved, constant: moved.dot(point) }
     }
 
+    /// Adds `weight` times the square of a linear function: `slope` along the coordinates, and its value at the origin.
+    pub(super) fn add_square(&mut self, slope: DVec3, value: f64, weight: f64) {
+        self.form.add(slope, weight);
+        self.linear += slope * (value * weight);
+        self.constant += value * value * weight;
+    }
+
     /// The value at a point, at least 0.
     pub(super) fn at(&self, p: DVec3) -> f64 {
         ((self.form.times(p) + self.linear * 2.0).dot(p) + self.constant).max(0.0)

@@ -2,12 +2,14 @@ use super::*;
 use crate::mesh::random::SplitMix64;
 use crate::mesh::shapes;
 use crate::mesh::topology::{Weld, census, condition};
+use std::collections::BTreeSet;
 
 /// Those that keep the topology.
-const METHODS: [Method; 3] = [Method::Hqms, Method::Qslim, Method::Mca];
-const ALL: [Method; 5] = [Method::Hqms, Method::Qslim, Method::Mca, Method::Octree, Method::Uniform];
+pub(super) const METHODS: [Method; 3] = [Method::Hqms, Method::Qslim, Method::Mca];
+pub(super) const ALL: [Method; 5] =
+    [Method::Hqms, Method::Qslim, Method::Mca, Method::Octree, Method::Uniform];
 
-fn reduced(mesh: &IndexedMesh, faces: usize, options: &Options) -> Reduced {
+pub(super) fn reduced(mesh: &IndexedMesh, faces: usize, options: &Options) -> Reduced {
     reduce(mesh, faces, options, &mut |_, _| true).unwrap()
 }
 
@@ -85,6 +87,53 @@ fn odd_meshes() {
     everywhere(&IndexedMesh::new(positions, (2..100).map(|k| [0, 1, k]).collect()));
     everywhere(&IndexedMesh::default());
     everywhere(&shapes::tetrahedron());
+}
+
+#[test]
+fn ten_thousand_components() {
+    let tetrahedron = shapes::tetrahedron();
+    let mut mesh = IndexedMesh::default();
+    for k in 0..10_000u32 {
+        let at = [f64::from(k % 100) * 3.0, f64::from(k / 100) * 3.0, 0.0];
+        mesh.positions.extend(tetrahedron.positions.iter().map(|p| [p[0] + at[0], p[1] + at[1], p[2]]));
+        mesh.triangles.extend(tetrahedron.triangles.iter().map(|t| t.map(|v| v + 4 * k)));
+    }
+    let of = |method, topology| reduced(&mesh, 1_000, &Options { method, topology, ..Options::default() });
+    for method in [Method::Hqms, Method::Octree, Method::Uniform] {
+        assert!(of(method, Topology::Free).mesh.triangles.len() <= 1_000, "{method:?}");
+    }
+    for method in METHODS {
+        // None of them has anything that could go.
+        assert_eq!(of(method, Topology::Keep).mesh, mesh, "{method:?}");
+    }
+}
+
+/// What became of the triangles' vertices leads to the triangles that are left: all of those, and by the methods that keep the topology no
+/// others.
+#[test]
+fn parents_lead_to_what_is_left() {
+    for mesh in [shapes::bumpy_sphere(3, 5), shapes::torus_with_hole(20, 12), shapes::two_components()] {
+        let mut mesh = mesh;
+        mesh.positions.push([9.0; 3]);
+        let [a, b, _] = mesh.triangles[0];
+        mesh.triangles.push([a, a, b]);
+        for (method, faces) in ALL.into_iter().flat_map(|method| [(method, 60), (method, usize::MAX)]) {
+            let result = reduced(&mesh, faces, &Options { method, parents: true, ..Options::default() });
+            let first = |t: [u32; 3]| {
+                let least = (0..3).min_by_key(|&k| t[k]).unwrap_or(0);
+                [t[least], t[(least + 1) % 3], t[(least + 2) % 3]]
+            };
+            let is_triangle = |&[a, b, c]: &[u32; 3]| a != b && b != c && c != a;
+            let led = mesh.triangles.iter().map(|t| t.map(|v| result.parents[v as usize]));
+            let led: BTreeSet<[u32; 3]> = led.filter(is_triangle).map(first).collect();
+            let left: BTreeSet<[u32; 3]> = result.mesh.triangles.iter().map(|&t| first(t)).collect();
+            assert!(left.is_subset(&led), "{method:?}");
+            assert!(left == led || !METHODS.contains(&method), "{method:?}");
+            assert_eq!(result.parents.last(), Some(&NO_VERTEX));
+            let reached: BTreeSet<u32> = result.parents.iter().copied().filter(|&v| v != NO_VERTEX).collect();
+            assert!(reached.into_iter().eq(0..result.mesh.positions.len() as u32));
+        }
+    }
 }
 
 #[test]

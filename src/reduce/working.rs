@@ -1,7 +1,9 @@
 //! A mesh on its way to a coarser one: checked once, then made smaller in its own memory.
 
+use super::parents::{NO_VERTEX, Parents};
 use super::rings::Rings;
 use super::star::{GONE, Star};
+use super::wedges::Wedges;
 use crate::error::{Error, Result};
 use crate::mesh::IndexedMesh;
 
@@ -27,6 +29,10 @@ pub(super) struct Working {
     /// What is known of each vertex.
     pub(super) flags: Vec<u8>,
     pub(super) rings: Rings,
+    /// What corners have beside their positions, where that counts.
+    pub(super) wedges: Option<Wedges>,
+    /// Where the vertices of the input went, where that is wanted.
+    pub(super) parents: Option<Parents>,
     /// The power of 2 that the positions were multiplied with.
     scale: f64,
 }
@@ -37,12 +43,16 @@ pub(super) const DIRTY: u8 = 1;
 pub(super) const FIXED: u8 = 2;
 
 impl Working {
-    /// Copies a mesh, and leaves out what is of no use.
+    /// Copies a mesh, and leaves out what is of no use; with its attributes and the vertices' ways, if these are wanted.
     ///
     /// # Errors
     /// [`Error::Parameter`] where a triangle names a vertex that does not exist or has no finite position, [`Error::Limit`] where there
     /// are more than [`Rings::MAX_TRIANGLES`].
-    pub(super) fn new(mesh: &IndexedMesh) -> Result<(Self, LeftOut)> {
+    pub(super) fn new(
+        mesh: &IndexedMesh,
+        with_attributes: bool,
+        with_parents: bool,
+    ) -> Result<(Self, LeftOut)> {
         let given = mesh.triangles.len();
         if given > Rings::MAX_TRIANGLES {
             let [needed, allowed] = [given, Rings::MAX_TRIANGLES].map(|n| n as u64);
@@ -72,8 +82,12 @@ impl Working {
             living: given,
             flags: vec![0; mesh.positions.len()],
             rings: Rings::default(),
+            wedges: None,
+            parents: with_parents.then(|| Parents::new(mesh.positions.len())),
             scale,
         };
+        // Which triangles these are: by their vertices that is not to be told.
+        let mut origins: Vec<u32> = Vec::new();
         for triangle in &mut working.triangles {
             let [a, b, c] = *triangle;
             if a == b || b == c || c == a {
@@ -83,8 +97,21 @@ impl Working {
         }
         let degenerate_triangles = given - working.living;
         let isolated_vertices = isolated(mesh);
-        let repeated_triangles = working.remove_repeated();
+        if with_attributes {
+            let is_there = |(_, triangle): &(u32, &[u32; 3])| **triangle != GONE;
+            origins.extend((0..).zip(&working.triangles).filter(is_there).map(|(t, _)| t));
+        }
+        let repeated_triangles = working.mark_repeated();
+        if with_attributes {
+            let mut there = working.triangles.iter().map(|triangle| *triangle != GONE);
+            origins.retain(|_| there.next().unwrap_or(false));
+        }
         working.compact();
+        if with_attributes {
+            working.rings.rebuild(working.positions.len(), &working.triangles);
+            let Self { positions, triangles, rings, .. } = &working;
+            working.wedges = Some(Wedges::new(mesh, positions, triangles, origins, rings));
+        }
         Ok((working, LeftOut { degenerate_triangles, repeated_triangles, isolated_vertices }))
     }
 
@@ -106,7 +133,7 @@ impl Working {
 
     /// Gives up triangles that are gone, and vertices in no other one; all numbers change, their order does not.
     pub(super) fn compact(&mut self) {
-        self.triangles.retain(|triangle| *triangle != GONE);
+        self.drop_gone();
         debug_assert_eq!(self.triangles.len(), self.living);
         self.rings.rebuild(self.positions.len(), &[]);
         let map = self.rings.as_map();
@@ -125,6 +152,9 @@ impl Working {
         }
         self.positions.truncate(count as usize);
         self.flags.truncate(count as usize);
+        if let Some(parents) = &mut self.parents {
+            parents.renumber(count as usize, |v| map.get(v as usize).copied().unwrap_or(NO_VERTEX));
+        }
     }
 
     /// The power of 2 that the positions were multiplied with.
@@ -132,17 +162,31 @@ impl Working {
         self.scale
     }
 
-    /// The mesh as it is now.
-    pub(super) fn into_mesh(mut self) -> IndexedMesh {
+    /// Gives up triangles that are gone.
+    pub(super) fn drop_gone(&mut self) {
+        if let Some(wedges) = &mut self.wedges {
+            wedges.retain(|t| self.triangles[t] != GONE);
+        }
+        self.triangles.retain(|triangle| *triangle != GONE);
+    }
+
+    /// The mesh as it is now, with what `given` has beside triangles, and for each of its vertices the one that stands for it, if that is known.
+    pub(super) fn into_mesh(mut self, given: &IndexedMesh) -> (IndexedMesh, Vec<u32>) {
         self.compact();
         let back = self.scale.recip();
         self.positions.iter_mut().flatten().for_each(|x| *x *= back);
-        IndexedMesh::new(self.positions, self.triangles)
+        let mut mesh = IndexedMesh::new(self.positions, self.triangles);
+        if let Some(wedges) = self.wedges {
+            mesh.attributes = wedges.attributes(&given.attributes);
+            mesh.part_names.clone_from(&given.part_names);
+            mesh.libraries.clone_from(&given.libraries);
+        }
+        (mesh, self.parents.map(Parents::finish).unwrap_or_default())
     }
 
-    /// Removes the triangles with the same three vertices as an earlier one.
-    pub(super) fn remove_repeated(&mut self) -> usize {
-        self.triangles.retain(|triangle| *triangle != GONE);
+    /// Marks the triangles with the same three vertices as an earlier one as gone, and counts them.
+    pub(super) fn mark_repeated(&mut self) -> usize {
+        self.drop_gone();
         self.rings.rebuild(self.positions.len(), &self.triangles);
         let mut others: Vec<([u32; 2], u32)> = Vec::new();
         let before = self.living;
@@ -189,12 +233,12 @@ mod tests {
         let [a, b, c] = mesh.triangles[0];
         mesh.triangles.extend([[b, c, a], [a, c, b], [a, a, b]]);
         mesh.positions.push([f64::NAN; 3]);
-        let (working, left_out) = Working::new(&mesh).unwrap();
+        let (working, left_out) = Working::new(&mesh, false, false).unwrap();
         assert_eq!(
             left_out,
             LeftOut { degenerate_triangles: 1, repeated_triangles: 2, isolated_vertices: 1 }
         );
-        assert_eq!(working.into_mesh(), clean);
+        assert_eq!(working.into_mesh(&mesh).0, clean);
     }
 
     #[test]
@@ -203,9 +247,17 @@ mod tests {
             IndexedMesh::new(vec![[0.0; 3], [1.0; 3], [value, 0.0, 0.0]], vec![[0, 1, 2], [0, 1, last]])
         };
         for mesh in [with(f64::NAN, 2), with(f64::INFINITY, 2), with(2.0, 3)] {
-            assert!(matches!(Working::new(&mesh), Err(Error::Parameter(_))));
+            assert!(matches!(Working::new(&mesh, false, false), Err(Error::Parameter(_))));
         }
-        assert!(Working::new(&IndexedMesh::default()).unwrap().0.into_mesh().triangles.is_empty());
+        assert!(
+            Working::new(&IndexedMesh::default(), false, false)
+                .unwrap()
+                .0
+                .into_mesh(&IndexedMesh::default())
+                .0
+                .triangles
+                .is_empty()
+        );
     }
 
     #[test]
@@ -213,9 +265,9 @@ mod tests {
         for factor in [1e300, 1e-300, 3.0e40, 1.0] {
             let mut mesh = shapes::sphere(1);
             mesh.positions.iter_mut().flatten().for_each(|x| *x *= factor);
-            let (working, _) = Working::new(&mesh).unwrap();
+            let (working, _) = Working::new(&mesh, false, false).unwrap();
             assert!(working.positions.iter().flatten().all(|x| x.abs() < 4.0));
-            assert_eq!(working.into_mesh(), mesh);
+            assert_eq!(working.into_mesh(&mesh).0, mesh);
         }
     }
 
@@ -227,7 +279,7 @@ mod tests {
         mesh.triangles.extend(
             shapes::tetrahedron().triangles.iter().map(|t| t.map(|v| if v == 0 { 0 } else { v + 3 })),
         );
-        let (mut working, _) = Working::new(&mesh).unwrap();
+        let (mut working, _) = Working::new(&mesh, false, false).unwrap();
         working.fix(true, true);
         assert_eq!(working.flags, [0; 7]);
         working.fix(false, false);

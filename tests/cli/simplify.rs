@@ -253,7 +253,7 @@ fn options_of_other_methods_are_refused() {
         "--as-published 2004",
         "--as-published 2006",
         "--method mca --choices 3 --seed 5 --topology free",
-        "--method octree --strict-normals --both-errors --weights unit",
+        "--method octree --strict-normals --both-errors --eighths --weights unit",
         "--method uniform --place centre",
     ] {
         let command = format!("simplify sphere.ply -o x.ply --faces 100 {options} -q");
@@ -285,5 +285,94 @@ fn coordinates_that_are_no_numbers_are_refused() {
     for method in REDUCTIONS {
         let run = folder.run(&format!("simplify m.obj -o out.ply --faces 2 --method {method}"));
         run.failed(1, "m.obj: line 4: x of vertex 4 is NaN");
+    }
+}
+
+/// A sheet whose texture coordinates are its places, and start anew to the right of the middle.
+fn textured() -> String {
+    let n = 12;
+    let mut text = String::from("mtllib m.mtl\n");
+    let mut faces = [String::new(), String::new()];
+    for y in 0..=n {
+        for x in 0..=n {
+            text += &format!("v {x} {y} 0\nvt {x} {y}\nvt {} {y}\n", x + 100);
+        }
+    }
+    for y in 0..n {
+        for x in 0..n {
+            let right = usize::from(x >= n / 2);
+            let corner = |x: usize, y: usize| {
+                let v = y * (n + 1) + x;
+                format!("{}/{}", v + 1, 2 * v + 1 + right)
+            };
+            let [a, b, c, d] = [corner(x, y), corner(x + 1, y), corner(x + 1, y + 1), corner(x, y + 1)];
+            faces[right] += &format!("f {a} {b} {c}\nf {a} {c} {d}\n");
+        }
+    }
+    text + "usemtl left\n" + &faces[0] + "usemtl right\n" + &faces[1]
+}
+
+#[test]
+fn textures_and_materials_go_along() {
+    let folder = Folder::new();
+    folder.write("m.obj", textured());
+    for (method, least) in [("hqms", 1), ("qslim", 1), ("octree", 1)] {
+        let json =
+            folder.run(&format!("simplify m.obj -o out.obj --faces 60 --method {method} --json")).json();
+        assert_eq!(json["dropped"], serde_json::json!([]));
+        let out = folder.read("out.obj");
+        assert!((least..=60).contains(&out.triangles.len()));
+        let uv = out.attributes.iter().find(|a| a.title() == "uv").unwrap();
+        let parts = out.attributes.iter().find(|a| a.title() == "part").unwrap();
+        let sides: HashSet<_> = (0..out.triangles.len()).map(|t| parts.at(t, 0)).collect();
+        assert_eq!(sides.len(), 2, "{method}");
+        for (t, triangle) in out.triangles.iter().enumerate().filter(|_| method != "octree") {
+            let us = [0, 1, 2].map(|k| uv.values.number(2 * uv.at(t, k).unwrap()));
+            let start = if us[0] > 50.0 { 100.0 } else { 0.0 };
+            for (u, &v) in us.iter().zip(triangle) {
+                assert!((u - start - out.positions[v as usize][0]).abs() < 1e-4, "{method}: {us:?}");
+            }
+        }
+    }
+    let json = folder.run("simplify m.obj -o out.obj --faces 60 --method stellar --json").json();
+    assert!(json["dropped"].to_string().contains("uv"), "{json}");
+}
+
+#[test]
+fn a_mesh_between_two_levels() {
+    let folder = Folder::with_sphere();
+    for method in ["hqms", "octree"] {
+        let command =
+            format!("simplify sphere.ply -o coarse.ply --faces 100 --method {method} --parents map.txt -q");
+        folder.run(&command).succeeded();
+        let at = |t: &str, parents: &str| {
+            folder.run(&format!("morph sphere.ply coarse.ply {parents} -t {t} -o out.ply -q")).succeeded();
+            folder.read("out.ply")
+        };
+        let [fine, coarse] = ["sphere.ply", "coarse.ply"].map(|name| folder.read(name));
+        assert_eq!(triangles(&at("0", "--parents map.txt")), triangles(&fine));
+        assert_eq!(triangles(&at("1", "--parents map.txt")), triangles(&coarse), "{method}");
+        for parents in ["--parents map.txt", "", "--pairs vertices"] {
+            let between = at("0.4", parents);
+            assert_eq!(between.triangles, fine.triangles);
+            assert_ne!(between.positions, fine.positions);
+        }
+    }
+    let json = folder.run("morph sphere.ply coarse.ply -t 0.5 -o out.ply --json").json();
+    assert_eq!(keys(&json), ["left_over", "t", "triangles", "vertices", "warnings"]);
+    folder.write("bad.txt", "0\n1\n");
+    let run = folder.run("morph sphere.ply coarse.ply -t 0.5 -o x.ply --parents bad.txt");
+    run.failed(1, "bad.txt: 2 parents for 642 vertices");
+    folder.write("bad.txt", "0\nseven\n");
+    let run = folder.run("morph sphere.ply coarse.ply -t 0.5 -o x.ply --parents bad.txt");
+    run.failed(1, "bad.txt: line 2: neither the number of a vertex nor -");
+    for command in [
+        "morph sphere.ply coarse.ply -t 1.5 -o x.ply",
+        "morph sphere.ply coarse.ply -t 1 -o sphere.ply",
+        "simplify sphere.ply -o x.ply --faces 9 --method stellar --parents m.txt",
+        "simplify sphere.ply -o x.glb --faces 9 --parents m.txt",
+        "simplify sphere.ply -o x.ply --faces 9 --parents sphere.ply",
+    ] {
+        assert_eq!(folder.run(command).code, 2, "{command}");
     }
 }

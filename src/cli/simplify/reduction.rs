@@ -48,6 +48,9 @@ pub struct Reduction {
     /// Count how far old vertices are off the new triangles, too, not the new ones off the old planes alone (octree)
     #[arg(long)]
     both_errors: bool,
+    /// Cut cells in eight at once, as the paper has it, instead of halving them where they bend most (octree)
+    #[arg(long)]
+    eighths: bool,
 }
 
 /// How a mesh is made coarser.
@@ -134,6 +137,7 @@ impl Reduction {
             ("--place", self.place.is_some()),
             ("--strict-normals", self.strict_normals),
             ("--both-errors", self.both_errors),
+            ("--eighths", self.eighths),
         ];
         self.refuse_given(&given)
     }
@@ -155,7 +159,7 @@ impl Reduction {
     }
 
     /// For the library.
-    fn options(&self, removal: &Removal, topology: Topology) -> anyhow::Result<Options> {
+    fn options(&self, removal: &Removal, topology: Topology, parents: bool) -> anyhow::Result<Options> {
         let is_hqms = self.method == Method::Hqms;
         let clusters = matches!(self.method, Method::Octree | Method::Uniform);
         let given = [
@@ -170,6 +174,7 @@ impl Reduction {
             ("--place", self.place.is_some() && self.method != Method::Uniform),
             ("--strict-normals", self.strict_normals && self.method != Method::Octree),
             ("--both-errors", self.both_errors && self.method != Method::Octree),
+            ("--eighths", self.eighths && self.method != Method::Octree),
         ];
         self.refuse_given(&given)?;
         let default = Options::default();
@@ -203,6 +208,9 @@ impl Reduction {
             },
             strict_normals: self.strict_normals,
             both_errors: self.both_errors,
+            eighths: self.eighths,
+            attributes: true,
+            parents,
         })
     }
 }
@@ -216,12 +224,13 @@ pub fn reduced(
     limit: Limit,
     reduction: &Reduction,
     removal: &Removal,
+    parents: bool,
     progress: &mut Progress,
 ) -> anyhow::Result<Outcome> {
     let start = Instant::now();
-    let (mesh, joined_vertices) = welded(&source.mesh, removal.weld);
+    let (mesh, same, joined_vertices) = welded(&source.mesh, removal.weld);
     let (topology, remark) = topology(&mesh, reduction, limit);
-    let options = reduction.options(removal, topology)?;
+    let options = reduction.options(removal, topology, parents)?;
     let conditioning = start.elapsed().as_secs_f64();
     let mut once = |faces: usize| -> anyhow::Result<Reduced> {
         let mut tell = |done, total| {
@@ -239,7 +248,11 @@ pub fn reduced(
         Limit::Triangles(most) => once(most)?,
         Limit::Error(most) => within(&source.mesh, most, &mut once)?,
     };
-    let left_out = left_out(&source.mesh, &mesh, &reduced.left_out);
+    let mut left_out = left_out(&source.mesh, &mesh, &reduced.left_out);
+    if options.edition.is_some() {
+        left_out.extend(source.mesh.uncoded());
+    }
+    let parents = parents.then(|| same.iter().map(|&v| reduced.parents[v as usize]).collect());
     if reduced.mesh.triangles.is_empty() && reduced.passes.is_empty() {
         bail!("no triangle is left: all are degenerate");
     }
@@ -248,8 +261,9 @@ pub fn reduced(
         left_out,
         joined_vertices,
         conditioning,
-        obstacle: obstacle(reduction, &options),
+        obstacle: obstacle(reduction, &options, reduction.keeps() && !mesh.attributes.is_empty()),
         passes: Some(reduced.passes.len()),
+        parents,
         remarks: remark.into_iter().collect(),
     })
 }
@@ -284,8 +298,8 @@ fn within(
     Ok(best)
 }
 
-/// The mesh with one vertex for those that are the same, and how many were joined that are not equal.
-fn welded(mesh: &IndexedMesh, weld: Weld) -> (IndexedMesh, usize) {
+/// The mesh with one vertex for those that are the same, which that is for each, and how many were joined that are not equal.
+fn welded(mesh: &IndexedMesh, weld: Weld) -> (IndexedMesh, Vec<u32>, usize) {
     let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
     let (min, max) = lattice::bounds(used).unwrap_or_default();
     let joined = |weld: Weld| {
@@ -296,7 +310,9 @@ fn welded(mesh: &IndexedMesh, weld: Weld) -> (IndexedMesh, usize) {
     let (same, others) = joined(weld);
     let equal = if matches!(weld, Weld::Exact | Weld::None) { others } else { joined(Weld::Exact).1 };
     let triangles = mesh.triangles.iter().map(|t| t.map(|v| same[v as usize])).collect();
-    (IndexedMesh::new(mesh.positions.clone(), triangles), others - equal)
+    // A mesh of one body: what is in one place is one vertex.
+    let welded = IndexedMesh { triangles, bodies: Vec::new(), ..mesh.clone() };
+    (welded, same, others - equal)
 }
 
 /// What is asked for, or else what holds so few triangles, and a remark where that is not to keep.
@@ -327,8 +343,10 @@ fn handles(mesh: &IndexedMesh) -> Option<usize> {
 }
 
 /// Why no fewer triangles were to be had.
-fn obstacle(reduction: &Reduction, options: &Options) -> String {
+fn obstacle(reduction: &Reduction, options: &Options, has_attributes: bool) -> String {
     match (options.topology, options.lock_boundary) {
+        _ if has_attributes => "no further edge can go without a change of topology, a break of a seam between parts, charts, colours or \
+              creases of normals, or triangles turning over".to_owned(),
         _ if reduction.strict_normals => "--strict-normals parts what is left".to_owned(),
         (_, true) => "no further edge can go, with the boundary locked".to_owned(),
         (Topology::Free, _) => "no further edge can go without triangles turning over".to_owned(),

@@ -26,11 +26,13 @@ pub(super) fn simplified(
     let mesh = removed(input, conditioned, limit, method, removal, progress)?;
     Ok(Outcome {
         mesh,
-        left_out: left_out(conditioned),
+        // Vertices are removed, whatever else corners have.
+        left_out: input.uncoded().into_iter().chain(left_out(conditioned)).collect(),
         joined_vertices: conditioned.report.joined_vertices,
         conditioning: seconds,
         obstacle: "no further vertex can go".to_owned(),
         passes: None,
+        parents: None,
         remarks: Vec::new(),
     })
 }

@@ -3,6 +3,8 @@
 pub(crate) mod dyadic;
 pub(crate) mod quantise;
 mod values;
+#[cfg(feature = "encode")]
+pub(crate) mod worth;
 
 use super::index::Corner;
 

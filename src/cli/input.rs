@@ -91,6 +91,7 @@ impl Mesh {
         reading: Reading,
         progress: &mut Progress,
     ) -> anyhow::Result<Self> {
+        let level = uwm.enter(level, progress)?;
         let mut decoder = uwm.level(level, progress)?;
         let mut scene = None;
         let (mesh, dropped) = if reading.scenes && uwm.contents.scene().is_some() {

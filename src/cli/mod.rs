@@ -16,11 +16,13 @@ mod input;
 mod inputs;
 mod lattice;
 mod measure;
+mod members;
 mod memory;
 mod morph;
 mod numbers;
 mod original;
 mod output;
+mod pack;
 mod page;
 mod parents;
 mod progress;
@@ -34,6 +36,7 @@ mod shown;
 mod signals;
 mod simplify;
 mod triangles;
+mod unpack;
 mod uwm;
 mod verify;
 mod view;
@@ -59,6 +62,9 @@ enum Command {
     Measure(measure::Args),
     Simplify(simplify::Args),
     Morph(morph::Args),
+    Lod(simplify::lod::Args),
+    Pack(pack::Args),
+    Unpack(unpack::Args),
     View(view::Args),
     Serve(serve::Args),
     Fetch(fetch::Args),
@@ -77,6 +83,9 @@ pub fn run() -> ExitCode {
         Command::Measure(args) => measure::run(&args),
         Command::Simplify(args) => simplify::run(&args),
         Command::Morph(args) => morph::run(&args),
+        Command::Lod(args) => simplify::lod::run(&args),
+        Command::Pack(args) => pack::run(&args),
+        Command::Unpack(args) => unpack::run(&args),
         Command::View(args) => view::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Fetch(args) => fetch::run(&args),
@@ -99,6 +108,8 @@ EXAMPLES
   unweld measure bunny.ply small.ply           how far are they from each other?
   unweld simplify bunny.ply -o small.ply --ratio 10%    a coarser mesh
   unweld view bunny.uwm -o bunny.png           a picture of it
+  unweld lod bunny.ply -o lods/ --levels 4     a mesh a level of detail
+  unweld pack lods/*.ply -o lods.uwm           such meshes in one file
   unweld serve coded/                          all files of a folder over HTTP
   unweld fetch URL -o bunny.uwm                a file from a server, or as much as is wanted
 

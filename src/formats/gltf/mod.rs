@@ -32,11 +32,14 @@ mod layout;
 mod meshopt;
 mod notes;
 mod pack;
+mod painted;
 mod plain;
 mod previews;
 mod primitive;
 mod quantised;
 mod references;
+#[cfg(feature = "encode")]
+mod sample;
 mod scene;
 mod shaped;
 mod texels;
@@ -48,13 +51,16 @@ mod weights;
 mod write;
 
 use self::document::Document;
+use self::flatten::Flattened;
 use self::layout::Layout;
 use self::notes::Notes;
 use self::scene::Scene;
 use super::{Coordinates, Format, ReadOptions, Source, text};
 use crate::error::{Error, Result};
-use crate::mesh::IndexedMesh;
+use crate::mesh::{IndexedMesh, Paint};
 
+#[cfg(feature = "encode")]
+pub use sample::sample_scene;
 pub use bodies::in_bodies;
 pub use files::File;
 pub use turned::turn_v;
@@ -72,12 +78,12 @@ pub(super) fn is_gltf(bytes: &[u8]) -> bool {
     first.starts_with(b"{") && WORDS.iter().any(|word| has(word))
 }
 
-/// Reads the scene of a glTF file as one mesh.
+/// Reads the scene of a glTF file as one mesh; and what it is painted with, if that is wanted.
 ///
 /// # Errors
 /// At the byte, the line or the JSON pointer where the file is at fault; [`Error::Limit`] beyond the memory that is allowed.
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
-    match scene(bytes, options) {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Result<Source> {
+    match scene(bytes, options, paint) {
         Err(Error::Input(mut fault)) => {
             fault.file.clone_from(&options.name);
             Err(fault.into())
@@ -86,7 +92,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     }
 }
 
-fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+fn scene(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Result<Source> {
     let document = Document::parse(bytes, options.folder.clone(), options.max_memory)?;
     if !options.force {
         notes::check_required(&document.root())?;
@@ -96,11 +102,18 @@ fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     if options.scenes {
         return kept(&document, &scene, notes);
     }
-    let (mut mesh, left_out) = flatten::flatten(&document, &scene, &mut notes)?;
-    turn_v(&mut mesh);
+    let Flattened { mut mesh, left_out, materials } = flatten::flatten(&document, &scene, &mut notes)?;
+    // Pictures lie as glTF has them.
+    if paint.is_none() {
+        turn_v(&mut mesh);
+    }
     let mut dropped = notes.in_words(&document, &scene)?;
     dropped.extend(left_out);
-    Ok(source(mesh, dropped))
+    let mut source = source(mesh, dropped);
+    if let Some(paint) = paint {
+        *paint = painted::paint(&document, materials, &mut source.remarks)?;
+    }
+    Ok(source)
 }
 
 /// The scene as it is.

@@ -30,9 +30,11 @@ pub(super) struct Picture {
     pub previews: Vec<Preview>,
 }
 
+/// Pixels of the longer side of the first preview of an image.
+pub(super) const FIRST: u32 = 64;
 /// Pixels of the longer sides of previews, and from how many pixels of an image's own on there is one.
 #[cfg(feature = "images")]
-const SIZES: [(u32, u32); 2] = [(64, 65), (256, 513)];
+const SIZES: [(u32, u32); 2] = [(FIRST, 65), (256, 513)];
 
 /// The size of a picture of KTX 2.0, and no preview of it: nearly all of them are of blocks, which it takes a transcoder to read.
 fn of_ktx(bytes: &[u8]) -> Picture {
@@ -113,8 +115,15 @@ mod with {
             let (bytes, media) = encoded(&small, has_alpha).map_err(said)?;
             picture.previews.push(Preview { size, bytes, media });
         }
-        // What is no smaller than what it stands for is not worth it.
-        picture.previews.retain(|preview| WORTH * preview.bytes.len() < bytes.len());
+        // The first is what a scene is seen by at all: it is worth all but what it stands for. A further one only bridges the time until the original is
+        // there, which is the shorter the smaller that is, and every client loads both: of its bytes previews are to take a small share.
+        let mut taken = 0;
+        picture.previews.retain(|preview| {
+            let share = if preview.size == FIRST { FIRST_WORTH } else { WORTH };
+            let is_worth = share * (taken + preview.bytes.len()) <= bytes.len();
+            taken += if is_worth { preview.bytes.len() } else { 0 };
+            is_worth
+        });
         Ok(picture)
     }
 
@@ -139,8 +148,9 @@ mod with {
     }
 
     const QUALITY: u8 = 75;
-    /// An original is at least so many times as large as a preview of it.
-    const WORTH: usize = 2;
+    /// An original is at least so many times as large as its first preview, and as all previews where there are more.
+    const FIRST_WORTH: usize = 2;
+    const WORTH: usize = 8;
     /// Most pixels of an image that is decoded.
     const MOST_PIXELS: u64 = 1 << 26;
     /// What a decoder takes besides.

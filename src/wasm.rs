@@ -5,15 +5,18 @@
 
 mod changes;
 mod corners;
+mod json;
 mod jump;
 mod report;
 mod surface;
 
+use crate::codec::attributes::Attributes;
 use crate::codec::residue::Residue;
 use crate::container::{Atom, AtomKind, AttributeEntry, Contents, Plan, Want, plan};
 use crate::decoder::{Decoder, Delta, Event, Options};
 use crate::error::Result;
 use crate::mesh::Vertex;
+use crate::mesh::attributes::{Domain, Semantic};
 use crate::refine::Site;
 use changes::Marks;
 pub use changes::{Changes, Field};
@@ -35,6 +38,8 @@ pub struct Settings {
     pub undo: bool,
     /// Whether [`Changes::jump`] is wanted.
     pub jumps: bool,
+    /// Whether normals of the file are enough where it has them at every corner: those that triangles make are told as 0 then, and of none that has changed.
+    pub own_normals: bool,
     /// Whether resources are wanted. Otherwise their bytes need not be pushed, and are passed over.
     pub resources: bool,
 }
@@ -115,9 +120,11 @@ impl Client {
         }
     }
 
-    /// Leaves out a resource, by its number in the table of contents: its bytes need not be pushed. What has come of it is forgotten with the next.
-    pub fn skip(&mut self, number: u32) {
-        self.decoder.skip(|other| other == number as usize);
+    /// Leaves out resources, by their numbers in the table of contents: their bytes need not be pushed. What has come of them is forgotten with the next.
+    pub fn skip(&mut self, numbers: &[u32]) {
+        let mut numbers: Vec<usize> = numbers.iter().map(|&number| number as usize).collect();
+        numbers.sort_unstable();
+        self.decoder.skip(|number| numbers.binary_search(&number).is_ok());
         self.tell_wanted();
         self.feed();
     }
@@ -221,7 +228,9 @@ impl Client {
     /// What has changed in the mesh since it was asked before.
     pub fn take(&mut self) -> Changes {
         let Some(contents) = self.decoder.contents().cloned() else { return Changes::default() };
-        self.mark_turned();
+        if !self.has_own_normals() {
+            self.mark_turned();
+        }
         let changes = self.changes(&contents);
         self.told = self.counts();
         let corners = &changes.corners;
@@ -240,7 +249,7 @@ impl Client {
     /// What has happened since it was asked before, as a JSON array of objects, each with a `type`: `contents`, `level`,
     /// `residue`, `metadata`, `end`, `fault`.
     pub fn report(&mut self) -> String {
-        serde_json::Value::Array(std::mem::take(&mut self.reports)).to_string()
+        json::text(&serde_json::Value::Array(std::mem::take(&mut self.reports)))
     }
 
     /// Goes down to the next coarser level; see [`Decoder::coarsen`]. Returns the level reached.
@@ -411,7 +420,7 @@ impl Client {
             self.jumps.lifts(delta.shift);
         }
         let [told_vertices, told_triangles] = self.told;
-        let table = &mesh.table;
+        let (table, is_plain) = (&mesh.table, !self.has_own_normals());
         for &t in &delta.rewritten {
             if t < told_triangles {
                 self.rewritten.add(t);
@@ -421,7 +430,8 @@ impl Client {
             if v < told_vertices {
                 self.moved.add(v);
             }
-            for v in table.link(Vertex(v)).into_iter().chain([Vertex(v)]) {
+            let link = if is_plain { table.link(Vertex(v)) } else { Vec::new() };
+            for v in link.into_iter().chain([Vertex(v)]) {
                 if v.0 < told_vertices {
                     self.turned.add(v.0);
                 }
@@ -437,6 +447,21 @@ impl Client {
             Some(place) => place.map(f64::from),
             None => self.decoder.mesh().positions[v.index()].map(f64::from),
         }
+    }
+
+    /// Whether normals that triangles make are of no use.
+    fn has_own_normals(&self) -> bool {
+        let (Some(contents), Some(attributes), Some(level)) =
+            (self.decoder.contents(), self.decoder.attributes(), self.decoder.level())
+        else {
+            return false;
+        };
+        let entries = &contents.attributes;
+        let is_whole = |entry: &AttributeEntry| {
+            (entry.semantic, entry.domain, entry.partial) == (Semantic::Normal, Domain::Corner, false)
+        };
+        self.settings.own_normals
+            && (0..entries.len()).any(|k| is_whole(&entries[k]) && is_alive(attributes, entries, level, k))
     }
 
     /// Whoever has gained or lost a triangle has one that is new or rewritten.
@@ -492,7 +517,9 @@ impl Client {
         let position = |v: u32| place(surface.position(mesh, lattice, v));
         let [vertices, triangles] = self.counts();
         let [first_vertex, first_triangle] = self.told;
-        let normal = |v: u32| surface.normal(mesh, v);
+        let (none, has_own) = (Marks::default(), self.has_own_normals());
+        let normal = |v: u32| if has_own { [0.0; 3] } else { surface.normal(mesh, v) };
+        let turned = if has_own { &none } else { &self.turned };
         let indices = |t: u32| surface.triangle(mesh, t);
         let from = |v: u32| match self.from.get((v - first_vertex) as usize) {
             Some(p) if first_vertex > 0 => place(p.map(f64::from)),
@@ -506,8 +533,8 @@ impl Client {
             normals: flat(first_vertex..vertices, normal),
             moved: self.moved.list().to_vec(),
             moved_positions: flat(self.moved.list().iter().copied(), position),
-            turned: self.turned.list().to_vec(),
-            turned_normals: flat(self.turned.list().iter().copied(), normal),
+            turned: turned.list().to_vec(),
+            turned_normals: flat(turned.list().iter().copied(), normal),
             first_triangle,
             indices: flat(first_triangle..triangles, indices),
             rewritten: self.rewritten.list().to_vec(),
@@ -523,9 +550,8 @@ impl Client {
             return Corners::default();
         };
         let entries = &contents.attributes;
-        let is_there = |entry: &AttributeEntry| entry.birth >= level || entry.constant.is_some();
-        let is_alive = |&k: &u32| attributes.is_born(k as usize) && is_there(&entries[k as usize]);
-        let alive: Vec<u32> = (0..entries.len() as u32).filter(is_alive).collect();
+        let alive: Vec<u32> =
+            (0..entries.len() as u32).filter(|&k| is_alive(attributes, entries, level, k as usize)).collect();
         let told = if alive == self.told_alive { [self.told_wedges, self.told[1]] } else { [0; 2] };
         let rewritten = self.rewritten.list();
         let is_new = told[1] == 0 || told[1] < self.counts()[1] || !rewritten.is_empty();
@@ -535,6 +561,11 @@ impl Client {
         let dressed = Dressed { mesh: self.decoder.mesh(), surface, attributes, entries };
         Corners::new(dressed, alive, told, rewritten)
     }
+}
+
+/// Whether the mesh has an attribute at a level.
+fn is_alive(attributes: &Attributes, entries: &[AttributeEntry], level: u32, k: usize) -> bool {
+    attributes.is_born(k) && (entries[k].birth >= level || entries[k].constant.is_some())
 }
 
 /// Three numbers of each, in room that is just enough.

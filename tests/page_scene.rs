@@ -297,7 +297,7 @@ fn what_is_left_out_is_not_missed() {
         at += 20;
     }
     let mut at = at - 20;
-    client.skip(4);
+    client.skip(&[4]);
     let came = follow(&mut client, &damaged, 500, &mut at);
     let numbers: Vec<_> = came.iter().map(|(number, _)| *number).collect();
     assert_eq!((numbers, soup(&mut client)), (vec![0, 1, 2, 3], complete));
@@ -307,4 +307,36 @@ fn what_is_left_out_is_not_missed() {
     assert_eq!(client.take_resource(4).as_ref(), Some(&resources[4].bytes));
     client.want(Want::All);
     assert!(!client.poll().unwrap());
+}
+
+/// Where the file has normals at every corner, those that triangles make can be done without; all else is the same.
+#[test]
+fn normals_of_the_file_are_enough() {
+    let mut mesh = shapes::bumpy_sphere(3, 1);
+    let normals = mesh.positions.iter().flat_map(|p| p.map(|x| x as f32)).collect();
+    let corners = mesh.triangles.iter().flatten().copied().collect();
+    mesh.attributes.push(Attribute::new(Semantic::Normal, 3, Values::F32(normals), corners));
+    let attribute_births = vec![("normal".to_owned(), AttributeBirth::Base)];
+    let options = Options { attribute_births, ..Options::default() };
+    let file = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+    let half = file.len() / 2;
+    let told = |own_normals| {
+        let mut client = Client::new(Settings { own_normals, ..Settings::default() });
+        [(0, half), (half, file.len())].map(|(from, to)| {
+            client.push(from as u64, &file[from..to]);
+            while client.poll().unwrap() {}
+            client.take()
+        })
+    };
+    for (mut own, mut plain) in told(true).into_iter().zip(told(false)) {
+        assert!(
+            own.normals.iter().all(|&x| x == 0.0) && own.turned.is_empty() && own.turned_normals.is_empty()
+        );
+        assert!(plain.normals.iter().any(|&x| x != 0.0) && !own.corners.values.is_empty());
+        assert_eq!(plain.turned.is_empty(), plain.first_vertex == 0);
+        for changes in [&mut own, &mut plain] {
+            (changes.normals, changes.turned, changes.turned_normals) = Default::default();
+        }
+        assert_eq!(own, plain);
+    }
 }

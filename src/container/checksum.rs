@@ -6,7 +6,32 @@ pub(super) const SHORT: u32 = 1024;
 
 /// The checksum of an atom.
 pub(super) fn of_atom(bytes: &[u8]) -> u32 {
-    if bytes.len() < SHORT as usize { u32::from(crc16(bytes)) } else { crc32c::crc32c(bytes) }
+    if bytes.len() < SHORT as usize { u32::from(crc16(bytes)) } else { append(0, bytes) }
+}
+
+/// CRC-32C of bytes behind others that have such a sum; that of none is 0.
+#[cfg(not(target_family = "wasm"))]
+pub(super) use crc32c::crc32c_append as append;
+#[cfg(target_family = "wasm")]
+pub(super) use small::append;
+
+/// CRC-32C with a table of one kilobyte, for the module that pages fetch: the eight of the crate cannot be compressed.
+#[cfg(any(test, target_family = "wasm"))]
+mod small {
+    pub fn append(sum: u32, bytes: &[u8]) -> u32 {
+        !bytes.iter().fold(!sum, |crc, &byte| crc >> 8 ^ TABLE[usize::from(crc as u8 ^ byte)])
+    }
+
+    static TABLE: [u32; 256] = {
+        let mut table = [0; 256];
+        let mut k = 0;
+        while k < 8 * 256 {
+            let crc = if k % 8 == 0 { k as u32 / 8 } else { table[k / 8] };
+            table[k / 8] = crc >> 1 ^ if crc & 1 == 1 { 0x82F6_3B78 } else { 0 };
+            k += 1;
+        }
+        table
+    };
 }
 
 /// CRC-16 with the polynomial 1021, in the form of IBM 3740.
@@ -27,6 +52,8 @@ mod tests {
         let long = [b"123456789".as_slice(), &[0; 1024]].concat();
         assert_eq!(of_atom(&long), crc32c::crc32c(&long));
         assert_eq!(of_atom(&long[..1024]), crc32c::crc32c(&long[..1024]));
+        let sums = [9, 1000].map(|at| small::append(small::append(0, &long[..at]), &long[at..]));
+        assert_eq!(sums, [crc32c::crc32c(&long); 2]);
         assert_eq!(of_atom(&long[..1023]), u32::from(crc16(&long[..1023])));
     }
 

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::attributes::AttributeEntry;
-use super::checksum::SHORT;
+use super::checksum::{self, SHORT};
 use super::contents::{Atom, AtomKind, AttributeError, Contents, Level};
 use super::errors::Codes;
 use super::fields::{Fields, is_short};
@@ -22,7 +22,7 @@ pub(super) fn read(start: &Start, bytes: &[u8]) -> Result<Contents, FormatError>
     let Some((body, checksum)) = bytes.split_last_chunk::<4>() else {
         return Err(FormatError::new(at, "3.3", "the table of contents has no room for its checksum"));
     };
-    if crc32c::crc32c_append(crc32c::crc32c(&start.bytes), body).to_le_bytes() != *checksum {
+    if checksum::append(checksum::append(0, &start.bytes), body).to_le_bytes() != *checksum {
         return Err(FormatError::new(0, "3.4", "header and table of contents do not match their checksum"));
     }
     let coding = start.coding()?;

@@ -60,7 +60,14 @@ impl Finest {
                 let event = Event::Attributes { level: 0 };
                 (self.read_attributes(payload, level0, attributes, budget), "13", event)
             }
+            // The module for pages is made without (CONTRIBUTING): neither is to be seen, and both are read by much code.
+            #[cfg(unweld_surface)]
+            AtomKind::Correction => return Ok(Some(Event::Correction)),
+            #[cfg(unweld_surface)]
+            AtomKind::Order => return Ok(Some(Event::Order)),
+            #[cfg(not(unweld_surface))]
             AtomKind::Correction => (self.read_correction(payload, level0, budget), "10", Event::Correction),
+            #[cfg(not(unweld_surface))]
             AtomKind::Order => (self.read_order(payload, level0, budget), "11", Event::Order),
             _ => return Ok(None),
         };
@@ -98,6 +105,7 @@ impl Finest {
         Ok(())
     }
 
+    #[cfg(not(unweld_surface))]
     fn read_correction(
         &mut self,
         payload: &[u8],
@@ -112,6 +120,7 @@ impl Finest {
         Ok(())
     }
 
+    #[cfg(not(unweld_surface))]
     fn read_order(&mut self, payload: &[u8], level0: Level0, budget: &mut Budget) -> Result<(), WholeError> {
         self.make_whole(level0, budget)?;
         let (tour, whole) = (self.tour.get_or_insert_default(), self.whole.get_or_insert_default());

@@ -91,7 +91,7 @@ pub fn fault(error: &Error, contents: Option<&Arc<Contents>>) -> Value {
             let atoms = contents.map_or(&[][..], |contents| &contents.atoms);
             let index = atoms.partition_point(|atom| atom.end() <= fault.offset);
             if let Some(atom) = atoms.get(index).filter(|atom| atom.offset <= fault.offset) {
-                let kind = format!("{:?}", atom.kind).to_lowercase();
+                let kind = format!("{:?}", atom.kind).to_ascii_lowercase();
                 value["atom"] = json!({ "index": index, "kind": kind, "level": atom.level });
                 let named = fault.what.starts_with("atom ");
                 if !named {

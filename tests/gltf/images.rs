@@ -121,6 +121,33 @@ fn pictures_come_small_first() {
     }
 }
 
+/// All previews together are an eighth of an image at most, but for the first.
+#[test]
+fn a_larger_preview_is_to_be_worth_it() {
+    let sizes = |bytes: &[u8]| -> Vec<u32> {
+        let (_, scene, _) = read(&textured(&[(bytes, "baseColorTexture")]));
+        let previews = scene.buffers.iter().filter_map(|buffer| match buffer.role {
+            Role::Preview { size, .. } => Some((size, buffer.bytes.len())),
+            _ => None,
+        });
+        let (sizes, lengths): (Vec<_>, Vec<_>) = previews.unzip();
+        let all: usize = lengths.iter().sum();
+        assert!(
+            8 * all <= bytes.len() || (sizes == [64] && 2 * all <= bytes.len()),
+            "{all} of {}",
+            bytes.len()
+        );
+        sizes
+    };
+    // The same picture, stored plainly and with care.
+    let picture = picture(600, 600);
+    assert_eq!(sizes(&encoded(&picture, ImageFormat::Png)), [64, 256]);
+    let mut small = Vec::new();
+    let careful = image::codecs::jpeg::JpegEncoder::new_with_quality(&mut small, 10);
+    picture.write_with_encoder(careful).unwrap();
+    assert_eq!(sizes(&small), [64]);
+}
+
 /// The least length of a texel counts, with the scale of the texture's transform and in the units of the mesh.
 #[test]
 fn the_densest_surface_counts() {

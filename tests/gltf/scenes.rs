@@ -174,6 +174,41 @@ fn all_else_stays_as_it_is() {
     assert!(at("zebra") < at("ant") && at("\"output\"") < at("\"input\""));
 }
 
+/// Many samples stand in a buffer of their own, which levels as coarse as a picture of 64 pixels do not wait for; what something else has, too, does not.
+#[test]
+fn many_samples_come_later() {
+    let mut gltf = triangle();
+    let many: Vec<f32> = (0..6000u16).map(f32::from).collect();
+    let [times, values] = [gltf.floats("SCALAR", &many[..2000]), gltf.floats("VEC3", &many)];
+    let shared = gltf.floats("SCALAR", &many[..2000]);
+    let sampler = |input| json!({"input": input, "output": values});
+    let channel = |k| json!({"sampler": k, "target": {"node": 0, "path": "translation"}});
+    let animation =
+        json!({"samplers": [sampler(times), sampler(shared)], "channels": [channel(0), channel(1)]});
+    gltf.push("animations", animation);
+    gltf.json["extensions"] = json!({"VENDOR_x": {"accessor": shared}});
+    let (_, scene, json) = scene_of(&gltf);
+    let of = |name: &str, sampler: usize| {
+        let accessor = &json["animations"][0]["samplers"][sampler][name];
+        let accessor = &json["accessors"][accessor.as_u64().unwrap() as usize];
+        let bytes = view(&scene, &json, &accessor["bufferView"]);
+        let numbers: Vec<f32> = bytes.as_chunks().0.iter().map(|&b| f32::from_le_bytes(b)).collect();
+        let number = accessor["bufferView"].as_u64().unwrap() as usize;
+        (json["bufferViews"][number]["buffer"].clone(), numbers)
+    };
+    assert_eq!(of("input", 0), (json!(1), many[..2000].to_vec()));
+    assert_eq!(of("output", 0), (json!(1), many.clone()));
+    assert_eq!(of("input", 1), (json!(0), many[..2000].to_vec()));
+    let places: Vec<_> = scene.buffers.iter().map(|buffer| (buffer.role, buffer.useful_from)).collect();
+    // The triangle's longer side.
+    assert_eq!(places, [(Role::Binary, f64::INFINITY), (Role::Binary, 2.0 / 64.0)]);
+    // Without what is shared there is one buffer, and it is that.
+    gltf.json["extensions"] = json!({});
+    let (_, scene, json) = scene_of(&gltf);
+    assert_eq!((scene.buffers.len(), &json["bufferViews"][0]["buffer"]), (1, &json!(0)));
+    assert_eq!(scene.buffers[0].useful_from, 2.0 / 64.0);
+}
+
 /// Numbers come back through the type that the mesh has them in.
 #[test]
 fn types_that_differ_are_told() {

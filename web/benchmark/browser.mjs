@@ -71,17 +71,33 @@ export class Browser {
     return { ...told, tasks: tasksOf(trace.traceEvents), memory: Number.isFinite(memory) ? memory : null };
   }
 
-  /** Loads a scene in a page of its own, whose loaders are there; see `page/scene.js`. */
-  async scene(kind, path, line) {
+  /**
+   * Loads a scene in a page of its own; see `page/scene.js`. `cold`: there is no decoder yet; otherwise the same scene has been loaded before, but not
+   * drawn. `drawn`: pictures are drawn meanwhile.
+   */
+  async scene(kind, path, line, { cold = false, drawn = true } = {}) {
+    return this.#alone(async (page, limit) => {
+      const address = `/meshes/${path}`;
+      if (!cold) await page.evaluate(([kind, url]) => globalThis.warm(kind, url), [kind, `${address}?run=${++this.#runs}`]);
+      await limit(line);
+      return page.evaluate(([kind, url, drawn]) => globalThis.loadScene(kind, url, drawn), [kind, `${address}?run=${++this.#runs}`, drawn]);
+    });
+  }
+
+  /** Milliseconds that the first picture of a textured box takes that is there already. */
+  async floor() {
+    return this.#alone((page) => page.evaluate(() => globalThis.drawBox()));
+  }
+
+  async #alone(act) {
     const page = await this.#browser.newPage({ viewport: { width: 400, height: 300 } });
     const control = await page.context().newCDPSession(page);
     await control.send("Network.enable");
     await control.send("Network.setCacheDisabled", { cacheDisabled: true });
     await page.goto(`${this.#site.url}/scene`);
     await page.waitForFunction(() => globalThis.loadScene);
-    await this.#limit(control, line);
     try {
-      return await page.evaluate(([kind, url]) => globalThis.loadScene(kind, url), [kind, `/meshes/${path}?run=${++this.#runs}`]);
+      return await act(page, (line) => this.#limit(control, line));
     } finally {
       await page.close();
     }

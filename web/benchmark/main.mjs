@@ -24,7 +24,8 @@ Options:
       --out <DIR>     Where to write BENCHMARKS.md and pictures/ [default: web]
       --json <FILE>   Where to write all that was measured, as JSON
       --scenes        Measure scenes (.glb, .gltf) instead, with their textures, and write BENCHMARKS-SCENES.md; where none is given, five
-                      from $UNWELD_DATA or ../shared/data. $GLTFPACK is the program that packs the third column
+                      from $UNWELD_DATA or ../shared/data. $GLTFPACK is the program that packs the third column, $NEEDLE the folder of
+                      @needle-tools/gltf-build-pipeline for a fourth one, of bytes
       --quick         Check that it works: a small made mesh, each loaded once; nothing is written
   -h, --help          Print help
 
@@ -70,7 +71,7 @@ async function main() {
   const begin = performance.now();
   if (values.scenes) {
     const { measureScenes } = await import("./scenes.mjs");
-    const text = await measureScenes(positionals.length > 0 ? positionals : usual(SCENES), unweld, { ...values, gltfpack: process.env.GLTFPACK });
+    const text = await measureScenes(positionals.length > 0 ? positionals : usual(SCENES), unweld, { ...values, gltfpack: process.env.GLTFPACK, needle: process.env.NEEDLE });
     await mkdir(values.out, { recursive: true });
     await writeFile(join(values.out, "BENCHMARKS-SCENES.md"), text);
     process.stdout.write(text);

@@ -2,7 +2,7 @@
 
 import { execFileSync } from "node:child_process";
 import { existsSync } from "node:fs";
-import { mkdir, readFile, writeFile } from "node:fs/promises";
+import { copyFile, mkdir, readFile, readdir, rename, rm, writeFile } from "node:fs/promises";
 import { loadavg } from "node:os";
 import { basename, join } from "node:path";
 import { brotliCompressSync, constants } from "node:zlib";
@@ -16,36 +16,45 @@ import { serve } from "./site.mjs";
 const KINDS = ["unweld", "draco", "meshopt"];
 const LINES = [{ megabits: 10, latency: 50 }, { megabits: 100, latency: 10 }];
 
-/** The report, as Markdown, of scenes (.glb or .gltf). `gltfpack`: its program, or none, and then that column is left out. */
-export async function measureScenes(inputs, unweld, { cache, runs, gltfpack }) {
+/**
+ * The report, as Markdown, of scenes (.glb or .gltf). `gltfpack`: its program, `needle`: the folder of @needle-tools/gltf-build-pipeline; what there is not of
+ * these has no column.
+ */
+export async function measureScenes(inputs, unweld, { cache, runs, cold, json, gltfpack, needle }) {
   const load = loadavg()[0];
   const kinds = KINDS.filter((kind) => kind !== "meshopt" || gltfpack);
   const scenes = [];
-  for (const input of inputs) scenes.push(await prepared(input, unweld, cache, gltfpack));
+  for (const input of inputs) scenes.push(await prepared(input, unweld, cache, { gltfpack, needle }));
   const site = await serve(scenes);
   const browser = await Browser.start(site);
   const rows = [];
+  const floors = [];
   try {
+    for (let run = 0; run < runs; run++) floors.push(await browser.floor());
     for (const line of LINES) {
       for (const scene of scenes) {
-        const told = Object.fromEntries(kinds.map((kind) => [kind, []]));
-        for (let run = 0; run < runs; run++) {
-          for (let k = 0; k < kinds.length; k++) {
-            const kind = kinds[(k + run) % kinds.length];
-            told[kind].push(await browser.scene(kind, scene.files[kind].path, line));
+        const told = Object.fromEntries(kinds.map((kind) => [kind, { drawn: [], undrawn: [], cold: [] }]));
+        const ways = { drawn: {}, undrawn: { drawn: false }, cold: { cold: true, drawn: false } };
+        for (const [way, how] of Object.entries(ways)) {
+          for (let run = 0; run < (way === "cold" ? cold : runs); run++) {
+            for (let k = 0; k < kinds.length; k++) {
+              const kind = kinds[(k + run) % kinds.length];
+              told[kind][way].push(await browser.scene(kind, scene.files[kind].path, line, how));
+            }
           }
         }
         rows.push({ line, scene, told });
       }
     }
-    return report({ rows, scenes, kinds, load, runs, decoders: site.decoders, browser: browser.version() });
+    if (json) await writeFile(json, JSON.stringify({ floors, rows }, (key, value) => (["bytes", "sent"].includes(key) && typeof value === "object" ? undefined : value), 1));
+    return report({ rows, scenes, kinds, load, runs, cold, floors, decoders: site.decoders, browser: browser.version() });
   } finally {
     await browser.close();
     site.close();
   }
 }
 
-async function prepared(input, unweld, cache, gltfpack) {
+async function prepared(input, unweld, cache, { gltfpack, needle }) {
   const name = basename(input).replace(/\.(glb|gltf)$/i, "");
   const place = join(cache, `scene-${name}`);
   await mkdir(place, { recursive: true });
@@ -67,7 +76,7 @@ async function prepared(input, unweld, cache, gltfpack) {
   for (const [kind, path] of Object.entries(paths)) {
     if (!existsSync(path)) continue;
     const bytes = await readFile(path);
-    const packed = brotliCompressSync(bytes, { params: { [constants.BROTLI_PARAM_QUALITY]: 9 } });
+    const packed = withBrotli(bytes);
     const pays = kind !== "unweld" && packed.length < 0.98 * bytes.length;
     files[kind] = { path: `${name}/${basename(path)}`, bytes, sent: pays ? packed : bytes, encoding: pays ? "br" : null };
   }
@@ -75,10 +84,35 @@ async function prepared(input, unweld, cache, gltfpack) {
   const stream = decode(files.unweld.bytes, { pool: new WorkerPool(0), resources: true });
   const { levels } = await stream.peek();
   stream.close();
-  return { name, files, first: levels.at(-1).end };
+  return { name, files, first: levels.at(-1).end, needle: needle ? await ofNeedle(input, join(place, "needle"), needle) : null };
 }
 
-function report({ rows, scenes, kinds, load, runs, decoders, browser }) {
+/** What gltf-progressive fetches: `first`, the file that names all others, which shows the coarsest level and small textures, and all of them. */
+async function ofNeedle(input, place, pipeline) {
+  const file = basename(input);
+  if (!existsSync(place)) {
+    const work = `${place}.part`;
+    await rm(work, { recursive: true, force: true });
+    await mkdir(work, { recursive: true });
+    await copyFile(input, join(work, file));
+    for (const [script, ...rest] of [["make-progressive.mjs", join(work, file), "--no-caching"], ["pack-gltf.mjs", work]]) {
+      execFileSync(process.execPath, [join(pipeline, script), ...rest], { stdio: "ignore" });
+    }
+    await rename(work, place);
+  }
+  const size = async (name) => {
+    const bytes = await readFile(join(place, name));
+    return Math.min(bytes.length, withBrotli(bytes).length);
+  };
+  const sizes = await Promise.all((await readdir(place)).map(size));
+  return { first: await size(file), all: sizes.reduce((a, b) => a + b, 0) };
+}
+
+function withBrotli(bytes) {
+  return brotliCompressSync(bytes, { params: { [constants.BROTLI_PARAM_QUALITY]: 9 } });
+}
+
+function report({ rows, scenes, kinds, load, runs, cold, floors, decoders, browser }) {
   const median = (list) => [...list].sort((a, b) => a - b)[Math.floor(list.length / 2)];
   const when = (list, is) => median(list.map(({ pictures }) => pictures.find(is)?.time ?? NaN)) / 1000;
   const n = (x, digits = 2) => (Number.isFinite(x) ? x.toFixed(digits) : "–");
@@ -87,32 +121,73 @@ function report({ rows, scenes, kinds, load, runs, decoders, browser }) {
   return `# Scenes in the browser
 
 - Chromium ${browser}, drawing in software; load average at the start ${load.toFixed(1)}${load > 1 ? ": the machine had other work to do, and times are the longer for it" : ""}
-- Medians of ${runs}; \`web/bench --scenes\`; Draco at level 10, its files and those of gltfpack -cc sent with brotli where that is less
+- Medians of ${runs}, of ${cold} where the page has no decoder yet; \`web/bench --scenes\`; Draco at level 10, its files and those of gltfpack -cc sent with brotli where that is less
 
 Loader and decoder with brotli, GLTFLoader not counted: ${Object.entries(decoders).map(([kind, bytes]) => `${kind} ${count(bytes)}`).join(", ")} bytes.
 
 ## Bytes
 
 ${table(
-  ["scene", ...kinds, "unweld/Draco", "first picture", "of Draco's file"],
-  scenes.map(({ name, files, first }) => {
+  ["scene", ...kinds, "unweld/Draco", "first picture", "of Draco's file", ...(scenes[0].needle ? ["needle: all", "first picture", "of Draco's file"] : [])],
+  scenes.map(({ name, files, first, needle }) => {
     const draco = files.draco.sent.length;
-    return [name, ...kinds.map((kind) => count(files[kind].sent.length)), n(files.unweld.sent.length / draco), count(first), n(first / draco, 3)];
+    const others = needle ? [count(needle.all), count(needle.first), n(needle.first / draco, 3)] : [];
+    return [name, ...kinds.map((kind) => count(files[kind].sent.length)), n(files.unweld.sent.length / draco), count(first), n(first / draco, 3), ...others];
   }),
 )}
 
+needle: what \`@needle-tools/gltf-build-pipeline\` makes for \`@needle-tools/gltf-progressive\`, levels and textures in files of their own, packed with Draco; all of them with brotli where
+that is less, though a page fetches only those that it shows.
+
 ## Seconds from load()
 
-First picture with textures; as near to the last as 30 dB; all there; the longest task of the page's thread in milliseconds, drawing left out.
+In a page that has loaded the same scene before, but has drawn nothing yet. First picture with textures; as near to the last as 30 dB; all there; the longest task of the
+page's thread in milliseconds, drawing left out. Undrawn: the same without drawing, when the loader had something to draw, and when all was there. Cold: undrawn in a
+page that has three.js, but no decoder yet. Chromium draws in software here: of each first picture ${n(median(floors) / 1000)} s are shaders and drawing that a textured box
+takes which is there already, with each loader.
 
 ${table(
-  ["line", "scene", "loader", "first", "30 dB", "whole", "longest task"],
+  ["line", "scene", "loader", "first", "30 dB", "whole", "longest task", "undrawn: first", "whole", "cold: first", "whole"],
   rows.flatMap(({ line, scene, told }) =>
-    kinds.map((kind) => [
-      ...[`${line.megabits} Mbit/s`, scene.name, kind, n(when(told[kind], () => true)), n(when(told[kind], ({ psnr }) => psnr >= 30))],
-      ...[n(median(told[kind].map(({ whole }) => whole)) / 1000), n(median(told[kind].map(({ longest }) => longest)), 0)],
-    ]),
+    kinds.map((kind) => {
+      const { drawn, undrawn, cold } = told[kind];
+      const whole = (list) => n(median(list.map(({ whole }) => whole)) / 1000);
+      const first = (list) => n(when(list, () => true));
+      return [
+        ...[`${line.megabits} Mbit/s`, scene.name, kind, first(drawn), n(when(drawn, ({ psnr }) => psnr >= 30)), whole(drawn)],
+        ...[n(median(drawn.map(({ longest }) => longest)), 0), first(undrawn), whole(undrawn), first(cold), whole(cold)],
+      ];
+    }),
   ),
 )}
+
+The emulated line delays also what never leaves the page, such as the \`blob:\` addresses by which GLTFLoader reads images: one latency more for the other two.
+
+## Aims
+
+${table(["", "scene", "measured", "aim"], aims(rows, scenes, decoders, { median, when, n }))}
 `;
+}
+
+/** What was aimed at, and what became of it, over Draco's on the first line. */
+function aims(rows, scenes, decoders, { median, when, n }) {
+  const slow = rows.filter(({ line }) => line === LINES[0]);
+  const over = (act) => slow.map(({ scene, told }) => [scene.name, act(told.unweld) / act(told.draco)]);
+  const wholes = (list) => median(list.map(({ whole }) => whole)) / 1000;
+  const draco = new Map(slow.map(({ scene, told }) => [scene.name, wholes(told.draco.drawn)]));
+  const list = [
+    ["bytes of the first picture, of Draco's file", scenes.map(({ name, files, first }) => [name, first / files.draco.sent.length]), 0.05],
+    ["first picture, of Draco's time to the whole", over(({ drawn }) => when(drawn, () => true)), 0.1],
+    ["the same, undrawn", over(({ undrawn }) => when(undrawn, () => true)), 0.1],
+    ["30 dB, of Draco's time to the whole", slow.map(({ scene, told }) => [scene.name, when(told.unweld.drawn, ({ psnr }) => psnr >= 30) / draco.get(scene.name)]), 0.4],
+    ["whole, of Draco's", over(({ drawn }) => wholes(drawn)), 1.1],
+    ["the same, undrawn", over(({ undrawn }) => wholes(undrawn)), 1.1],
+    ["longest task, ms, on any line", rows.map(({ scene, line, told }) => [`${scene.name}, ${line.megabits} Mbit/s`, median(told.unweld.drawn.map(({ longest }) => longest))]), 50],
+  ];
+  const worst = list.map(([what, each, most]) => {
+    const [name, value] = each.reduce((a, b) => (b[1] > a[1] ? b : a));
+    const reached = each.filter(([, value]) => value <= most).length;
+    return [`${what}: ${reached} of ${each.length} reach it, worst`, name, n(value, most < 1 ? 3 : most < 10 ? 2 : 0), `at most ${most}`];
+  });
+  return [...worst, ["loader and decoder, kB with brotli", "", n(decoders.unweld / 1000, 0), "at most 180"]];
 }

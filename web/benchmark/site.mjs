@@ -30,8 +30,15 @@ export async function serve(meshes) {
     const file = files.get(new URL(request.url, "http://host").pathname);
     if (!file) return void response.writeHead(404).end();
     const { bytes, type, encoding } = file;
-    response.writeHead(200, { "content-type": type, "content-length": bytes.length, ...(encoding && { "content-encoding": encoding }) });
-    response.end(bytes);
+    const headers = { "content-type": type, "accept-ranges": "bytes", etag: `"${bytes.length}"`, ...(encoding && { "content-encoding": encoding }) };
+    const [, from, to] = /^bytes=(\d+)-(\d*)$/.exec((!encoding && request.headers.range) || "") ?? [];
+    if (from === undefined || Number(from) >= bytes.length) {
+      response.writeHead(200, { ...headers, "content-length": bytes.length });
+      return void response.end(bytes);
+    }
+    const end = Math.min(to ? Number(to) + 1 : Infinity, bytes.length);
+    response.writeHead(206, { ...headers, "content-length": end - from, "content-range": `bytes ${from}-${end - 1}/${bytes.length}` });
+    response.end(bytes.subarray(Number(from), end));
   });
   await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
   const sum = (...names) => names.reduce((sum, name) => sum + files.get(name).bytes.length, 0);

@@ -2,6 +2,7 @@
 
 import { Box3, BufferAttribute, BufferGeometry, Sphere, Vector3 } from "three";
 import { ARRAYS } from "./attributes.js";
+import { componentsOf } from "./document.js";
 import { counted, roomy, upload } from "./room.js";
 import type { FileAttribute, Numbers } from "./types.js";
 import { grown } from "./wedges.js";
@@ -100,13 +101,13 @@ export class Buffers {
     this.#columns = [column("position", 3, "")];
     if (morph) this.#columns.push(column("from", 3, ""), column("born", 1, ""));
     for (const [name, { type }] of Object.entries(attributes)) {
-      if (name !== "POSITION") this.#columns.push(column(nameOf(name), COMPONENTS[type] ?? 1, name));
+      if (name !== "POSITION") this.#columns.push(column(nameOf(name), componentsOf(type), name));
     }
     for (const of of ["POSITION", "NORMAL", "COLOR_0"]) {
       const kind = targets.map((target) => target[of]).find((kind) => kind !== undefined);
       if (!kind) continue;
       // All targets or none: three.js knows nothing between.
-      targets.forEach((_, t) => this.#columns.push(column(`${t} ${of}`, COMPONENTS[kind.type] ?? 3, `TARGET${t}_${of}`, [t, nameOf(of)])));
+      targets.forEach((_, t) => this.#columns.push(column(`${t} ${of}`, componentsOf(kind.type), `TARGET${t}_${of}`, [t, nameOf(of)])));
     }
   }
 
@@ -307,6 +308,8 @@ export class PartGeometry extends BufferGeometry<Record<string, BufferAttribute>
   #error = 0;
   #isFresh = false;
   #isPlain = false;
+  /** Triangles when it was measured last. */
+  #measured = 0;
 
   /** Shows another geometry until there is something of its own. */
   begin(plain: BufferGeometry): this {
@@ -358,10 +361,13 @@ export class PartGeometry extends BufferGeometry<Record<string, BufferAttribute>
     for (const name of Object.keys(kept)) this.deleteAttribute(name);
   }
 
-  /** After a delta. Where it completes a level, coarser ones are forgotten, whose vertices may have lain further out. */
-  end(part: PartOf, error: number, { anew, level }: { anew: boolean; level: boolean }): void {
+  /**
+   * After a delta. Coarser levels are forgotten, whose vertices may have lain further out, where all is there and, lest every triangle be looked at with
+   * every level, where there are twice as many as then.
+   */
+  end(part: PartOf, error: number, { anew, level, last }: { anew: boolean; level: boolean; last: boolean }): void {
     const scale = 2 ** -part.spec.exponent;
-    if (level) this.#measure(part);
+    if (anew || last || (level && part.count >= 2 * this.#measured)) this.#measure(part);
     if (!this.index) this.setIndex(new BufferAttribute(new Uint32Array(0), 1));
     const index = counted(this.index!, 3 * part.count);
     this.setDrawRange(0, 3 * part.count);
@@ -378,6 +384,7 @@ export class PartGeometry extends BufferGeometry<Record<string, BufferAttribute>
   }
 
   #measure({ buffers, count }: PartOf): void {
+    this.#measured = count;
     this.#box.makeEmpty();
     this.#displacement.set(0, 0, 0);
     const slots = this.index?.array;
@@ -451,7 +458,6 @@ const SEMANTICS: Readonly<Record<string, FileAttribute["semantic"]>> = {
   JOINTS: "joints",
   WEIGHTS: "weights",
 };
-const COMPONENTS: Readonly<Record<string, number>> = { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 };
 /** While there is no colour it is white; while there are no weights the first joint has all. */
 const STAND_INS: Readonly<Record<string, readonly number[]>> = {
   color: [1, 1, 1, 1],

@@ -31,6 +31,8 @@ export function decode(input: Input, options: DecodeOptions = {}): MeshStream {
 export class MeshStream implements AsyncIterableIterator<Delta> {
   /** What the file holds, from the first delta on. */
   contents: Contents | null = null;
+  /** @internal Milliseconds from one delta to the next, unless all is there: who takes long to apply them gets fewer, and larger ones. */
+  pace = 0;
   readonly #options: DecodeOptions;
   readonly #source: Source;
   readonly #decoding: Decoding;
@@ -48,16 +50,21 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
     checkNames("decode", options, OPTIONS);
     checkUntil(options.until ?? {});
     this.#options = options;
-    this.#source = new Source(input, options);
-    const { until, relative, levels, jumps, resources, wasm } = options;
+    const { until, relative, levels, jumps, resources, ownNormals, most, wasm } = options;
     const settings: Settings = {};
     if (until) settings.until = until;
     if (relative) settings.relative = relative;
     if (levels) settings.levels = levels;
     if (jumps) settings.jumps = jumps;
     if (resources) settings.resources = resources;
+    if (ownNormals) settings.ownNormals = ownNormals;
+    if (most) settings.most = most;
     if (wasm) settings.wasm = wasm;
-    this.#decoding = (options.pool ?? shared()).open(settings);
+    const pool = options.pool ?? shared();
+    const isReady = pool.isReady(settings);
+    this.#decoding = pool.open(settings);
+    const head = options.head ?? (isReady || !isOwn(input) ? undefined : COLD_HEAD);
+    this.#source = new Source(input, { ...options, head });
     options.signal?.addEventListener("abort", this.#abort, { once: true });
   }
 
@@ -97,7 +104,7 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
     if (this.#state !== "open") return { done: true, value: undefined };
     this.#pump ??= this.#run();
     try {
-      const delta = await this.#decoding.next();
+      const delta = await this.#decoding.next(this.pace);
       signal?.throwIfAborted();
       if (delta) {
         this.#know(delta.contents);
@@ -195,6 +202,16 @@ export class MeshStream implements AsyncIterableIterator<Delta> {
   }
 }
 
+/** Whether an input is fetched from where the page is: there a connection can be taken up again without more rights. */
+function isOwn(input: Input): boolean {
+  const { origin } = globalThis.location ?? {};
+  if (!origin || (typeof input !== "string" && input instanceof URL === false)) return false;
+  const url = new URL(input, globalThis.document?.baseURI ?? location.href);
+  return url.origin === origin && url.protocol.startsWith("http");
+}
+
+/** Bytes asked for first while the module is on its way: a base mostly. The rest would only keep the module from coming. */
+const COLD_HEAD = 32_768;
 /** The names in `DecodeOptions`. */
 const OPTIONS = Object.keys({
   until: true,
@@ -202,6 +219,8 @@ const OPTIONS = Object.keys({
   levels: true,
   jumps: true,
   resources: true,
+  ownNormals: true,
+  most: true,
   wasm: true,
   signal: true,
   retries: true,

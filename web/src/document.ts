@@ -1,6 +1,7 @@
 // The glTF document of a scene: what the extension says in it.
 
 import type { Kind, PartSpec } from "./buffers.js";
+import type { Contents } from "./types.js";
 
 /** The name of the extension. */
 export const NAME = "UNWELD_progressive_mesh";
@@ -20,6 +21,7 @@ export interface Image extends Extensible<{ previews?: Preview[]; uri?: string }
   bufferView?: number;
   mimeType?: string;
   uri?: string;
+  extras?: unknown;
 }
 
 export interface Preview {
@@ -36,6 +38,28 @@ export interface Document extends Extensible<{ bufferView?: number; uri?: string
   textures?: { source?: number; extensions?: Record<string, { source?: number }> }[];
   materials?: { normalTexture?: { index: number }; emissiveTexture?: { index: number } }[];
   bufferViews?: { buffer: number; byteOffset?: number; byteLength: number }[];
+  accessors?: Accessor[];
+  animations?: { samplers: { input: number; output: number }[]; channels: { target: { node?: number } }[] }[];
+}
+
+export interface Accessor {
+  bufferView?: number;
+  count: number;
+  type: string;
+  max?: number[];
+  sparse?: { indices: { bufferView: number }; values: { bufferView: number } };
+}
+
+/** Numbers of an item of an accessor. */
+export function componentsOf(type: string): number {
+  return { SCALAR: 1, VEC2: 2, VEC3: 3, VEC4: 4, MAT2: 4, MAT3: 9, MAT4: 16 }[type] ?? 1;
+}
+
+/** The views of what does not stand right behind the base. */
+export function lateViews({ bufferViews = [] }: Document, { resources, levels }: Contents): Set<number> {
+  const first = resources.findIndex(({ kind }) => kind === "buffer");
+  const isLate = ({ buffer }: { buffer: number }) => (resources[first + buffer]?.level ?? 0) < levels.length - 1;
+  return new Set(bufferViews.flatMap((view, k) => (isLate(view) ? [k] : [])));
 }
 
 /** What each part has, by the primitives that show it. */

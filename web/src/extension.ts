@@ -3,6 +3,7 @@
 import { LoaderUtils } from "three";
 import type { GLTF, GLTFLoaderPlugin, GLTFParser } from "three/addons/loaders/GLTFLoader.js";
 import { NAME, type Document } from "./document.js";
+import { SCENE_MOST } from "./loader.js";
 import { giveGeometries } from "./plugin.js";
 import { UnweldScene } from "./refining.js";
 import { decode, type DecodeOptions } from "./unweld.js";
@@ -47,7 +48,7 @@ export class UnweldExtension implements GLTFLoaderPlugin {
     };
     const input = uri === undefined ? bytes(this.#parser.getDependency("bufferView", bufferView!) as Promise<ArrayBuffer>) : LoaderUtils.resolveURL(uri, path);
     const request: RequestInit = { headers: requestHeader, credentials: withCredentials ? "include" : "same-origin" };
-    const stream = decode(input, { ...options, jumps: morph, request });
+    const stream = decode(input, { ...options, jumps: morph, ownNormals: true, most: SCENE_MOST, request });
     const scene = new UnweldScene(stream, { morph, document });
     scene.prepare(document);
     if (onChange) scene.addEventListener("refine", () => onChange(scene));

@@ -2,6 +2,7 @@
 
 import { LoaderUtils, type LoadingManager } from "three";
 import { GLTFLoader, type GLTF, type GLTFParser } from "three/addons/loaders/GLTFLoader.js";
+import { breath } from "./breath.js";
 import { StreamLoader } from "./loader.js";
 import { NAME, type Document } from "./document.js";
 import { ScenePlugin } from "./plugin.js";
@@ -72,6 +73,8 @@ export class UnweldGLTFLoader extends StreamLoader<UnweldGLTF> {
   /** What `GLTFLoader` makes of the document; it gets geometries and binary data from the scene. */
   async #assemble(scene: UnweldScene, path: string): Promise<UnweldGLTF> {
     const document: Document = await scene.ready;
+    // The base has just been applied, in the same task.
+    await breath();
     this.#scenes.set(document, scene);
     try {
       const parsed = this.gltf.parseAsync(document as unknown as string, LoaderUtils.extractUrlBase(path));

@@ -88,7 +88,8 @@ export class Layout {
     rewritten.triangles.forEach((t, k) => this.#connect(t, rewritten.indices, 3 * k, share));
     for (let k = 0; k < told.indices.length; k += 3) this.#connect(told.firstTriangle + k / 3, told.indices, k, share);
     const error = (delta.level ?? delta.contents.levels.at(-1))?.maxError ?? 0;
-    for (const part of this.#parts) part?.geometry.end(part, error, { anew: told.anew, level: told.anew || delta.levels.length > 0 });
+    const ended = { anew: told.anew, level: delta.levels.length > 0, last: delta.complete || delta.levels.some(({ level }) => level === 0) };
+    for (const part of this.#parts) part?.geometry.end(part, error, ended);
     for (const buffers of this.#buffers) buffers.end();
   }
 

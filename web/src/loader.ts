@@ -46,6 +46,11 @@ export abstract class StreamLoader<T> extends Loader<T> {
     return this;
   }
 
+  /** Starts a worker and has the module fetched and compiled before there is anything to load: for pages that will load something later. */
+  async preload(): Promise<void> {
+    await this.#workers().preload(this.wasmUrl);
+  }
+
   /** Ends all that is being loaded. */
   override abort(): this {
     this.#controller.abort();
@@ -68,15 +73,15 @@ export abstract class StreamLoader<T> extends Loader<T> {
   /** A stream of a file; one that `waits` has nothing fetched until something is wanted. */
   protected stream(path: string, { waits = false, relative = false, resources = false }): MeshStream {
     const signals = [this.#controller.signal, ...(this.#signal ? [this.#signal] : [])];
-    this.#pool ??= new WorkerPool(this.#limit, this.workerUrl);
     return decode(path, {
-      pool: this.#pool,
+      pool: this.#workers(),
       signal: AbortSignal.any(signals),
       until: waits ? { level: Infinity } : this.until,
       keep: this.keep || waits,
       jumps: this.morph,
       relative,
       resources,
+      ...(resources ? { ownNormals: true, most: SCENE_MOST } : {}),
       levels: this.levels || waits,
       ...(waits ? { head: this.head } : {}),
       retries: this.retries,
@@ -89,4 +94,11 @@ export abstract class StreamLoader<T> extends Loader<T> {
       ...(this.wasmUrl ? { wasm: this.wasmUrl } : {}),
     });
   }
+
+  #workers(): WorkerPool {
+    return (this.#pool ??= new WorkerPool(this.#limit, this.workerUrl));
+  }
 }
+
+/** Numbers that are applied to a scene at a time: its buffers take longer than those of one mesh. */
+export const SCENE_MOST = 200_000;

@@ -9,7 +9,7 @@ interface Exports {
   unweld_want(want: number, value: number): void;
   unweld_room(length: number): number;
   unweld_push(at: number, length: number): void;
-  unweld_skip(number: number): void;
+  unweld_skip(length: number): void;
   unweld_add(number: number, length: number): number;
   unweld_resource(number: number): number;
   unweld_poll(): number;
@@ -50,21 +50,38 @@ export interface Changes {
 
 /** Compiles the module, once for each address. */
 export function compile(url: string | URL | undefined): Promise<WebAssembly.Module> {
-  const address = String(url ?? unbundled(import.meta.url, "unweld.wasm") ?? new URL("./unweld.wasm", import.meta.url));
+  const address = addressOf(url);
   let module = modules.get(address);
   if (!module) {
     module = load(address).catch((error: unknown) => {
       throw new Error(`${address}: ${error instanceof Error ? error.message : String(error)}`, { cause: error });
     });
-    module.catch(() => modules.delete(address));
     modules.set(address, module);
+    module.then(
+      () => compiled.add(address),
+      () => modules.delete(address),
+    );
   }
   return module;
 }
 
+/** Takes the module of an address from another thread that has compiled it. */
+export function provide(url: string | URL | undefined, module: WebAssembly.Module): void {
+  modules.set(addressOf(url), Promise.resolve(module));
+}
+
+/** Whether the module is there: nothing is waited for. */
+export function isCompiled(url: string | URL | undefined): boolean {
+  return compiled.has(addressOf(url));
+}
+
+function addressOf(url: string | URL | undefined): string {
+  return String(url ?? unbundled(import.meta.url, "unweld.wasm") ?? new URL("./unweld.wasm", import.meta.url));
+}
+
 /** What numbers mean to the module, as it tells it: names by number, or by bit, and name and kind of each field of `Changes`. */
 interface Terms {
-  settings: ("relative" | "levels" | "jumps" | "resources")[];
+  settings: ("relative" | "levels" | "jumps" | "resources" | "ownNormals")[];
   wants: string[];
   outcomes: string[];
   fields: [name: string, kind: keyof typeof READ][];
@@ -92,9 +109,12 @@ export class Decoder {
     this.#exports.unweld_push(at, bytes.byteLength);
   }
 
-  /** Leaves out a resource. */
-  skip(number: number): void {
-    this.#exports.unweld_skip(number);
+  /** Leaves out resources. */
+  skip(numbers: readonly number[]): void {
+    const bytes = new DataView(new ArrayBuffer(4 * numbers.length));
+    numbers.forEach((number, k) => bytes.setUint32(4 * k, number, true));
+    this.#put(new Uint8Array(bytes.buffer));
+    this.#exports.unweld_skip(bytes.byteLength);
   }
 
   /** Adds a resource that was left out; `false` where there is a fault to report. */
@@ -178,6 +198,7 @@ function words(buffer: ArrayBuffer, at: number): [number, number] {
 }
 
 const modules = new Map<string, Promise<WebAssembly.Module>>();
+const compiled = new Set<string>();
 
 /** What Node.js has, from 20.16 on: no import, which bundlers would follow. */
 interface Node {

@@ -1,6 +1,7 @@
 // Workers, shared by meshes; each mesh stays with the one it was given.
 
 import { errorOf, LimitError, type Fault } from "./errors.js";
+import { compile, isCompiled } from "./module.js";
 import { unbundled } from "./places.js";
 import { Session, type Decoding } from "./session.js";
 import type { Contents, Delta, Settings } from "./types.js";
@@ -19,6 +20,18 @@ export class WorkerPool {
     this.#url = url;
   }
 
+  /** Starts a worker and has the module compiled, before there is anything to decode; `wasm`: where the module is, if not beside the script. */
+  async preload(wasm?: string | URL): Promise<void> {
+    const decoding = this.open(wasm ? { wasm } : {});
+    // The first call is answered when there is a decoder.
+    await decoding.want({}).finally(() => decoding.close());
+  }
+
+  /** Whether a mesh that is opened now is decoded as soon as bytes come. */
+  isReady(settings: Settings): boolean {
+    return isCompiled(this.#place(settings));
+  }
+
   /** A decoder in the worker that has the fewest. */
   open(settings: Settings): Decoding {
     if (this.limit < 1 || typeof Worker === "undefined") return new Session(settings);
@@ -28,7 +41,14 @@ export class WorkerPool {
       least = new Remote(this.#url);
       this.#workers.push(least);
     }
-    return least.open(settings);
+    return least.open(settings, compile(this.#place(settings)));
+  }
+
+  /** Where the module is: beside the worker, if that is said to be somewhere. */
+  #place({ wasm }: Settings): string | URL | undefined {
+    const base = globalThis.document?.baseURI ?? globalThis.location?.href;
+    if (wasm) return base === undefined ? wasm : new URL(wasm, base);
+    return this.#url && new URL("unweld.wasm", new URL(this.#url, base));
   }
 
   /** Ends all workers, and with them what they decode. */
@@ -57,16 +77,23 @@ class Remote {
     this.#worker.onerror = ({ message }) => this.end(new Error(`${address ?? beside()}: the worker failed: ${message ?? "it cannot be loaded"}`));
   }
 
-  open(settings: Settings): Decoding {
+  /**
+   * `module`: compiled on this thread, once for all workers, and asked for before the worker's script has come. Until it is there nothing is sent; where it
+   * cannot be had here, because the page's policy forbids it, the worker tries itself.
+   */
+  open(settings: Settings, module: Promise<WebAssembly.Module>): Decoding {
     const session = ++sessions;
+    const compiled = module.catch(() => null);
     const call = <T>(method: Call["method"], argument?: unknown, transfer?: Transferable[]) =>
-      this.#call<T>({ session, call: this.#next++, method, argument }, transfer ?? []);
+      this.#call<T>({ session, call: this.#next++, method, argument }, transfer ?? [], compiled);
     this.load++;
     const wasm = settings.wasm && String(new URL(settings.wasm, globalThis.document?.baseURI ?? location.href));
     call("open", wasm ? { ...settings, wasm } : settings).catch(() => {});
     let open = true;
     // Bytes on their way to the worker, and whether it has told where what is wanted ends.
     let [ahead, known] = [0, false];
+    let contents: Contents | null = null;
+    const whole = (delta: Delta): Delta => ({ ...delta, contents: (contents = delta.contents ?? contents!) });
     return {
       add: (number, bytes) => call("add", [number, bytes]),
       push: (bytes, at) => {
@@ -92,8 +119,8 @@ class Remote {
         known = false;
         return call("restart");
       },
-      next: () => call<Delta | null>("next"),
-      show: (level) => call<Delta>("show", level),
+      next: (pace) => call<Delta | null>("next", pace).then((delta) => delta && whole(delta)),
+      show: (level) => call<Delta>("show", level).then(whole),
       close: () => {
         if (!open) return;
         open = false;
@@ -110,11 +137,11 @@ class Remote {
     this.#calls.clear();
   }
 
-  #call<T>(message: Call, transfer: Transferable[]): Promise<T> {
+  #call<T>(message: Call, transfer: Transferable[], compiled: Promise<WebAssembly.Module | null>): Promise<T> {
     if (this.dead) return Promise.reject(new Error("the worker has been ended"));
     return new Promise<T>((resolve, reject) => {
       this.#calls.set(message.call, { resolve, reject });
-      this.#worker.postMessage(message, transfer);
+      void compiled.then((module) => this.#worker.postMessage(message.method === "open" ? { ...message, module } : message, transfer));
     });
   }
 }

@@ -16,6 +16,8 @@ export interface SceneEvents {
   refine: { delta: Delta };
   /** An image has become finer: its number in the document, and pixels along its longer side. */
   texture: { image: number; size: number };
+  /** The samples of an animation have come, after the first picture: its number in the document. */
+  animation: { animation: number };
   /** All that is wanted is there, or a prefix has ended. */
   complete: object;
   /** It will not be. */
@@ -40,7 +42,7 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
   boundingSphere: Sphere | null = null;
   /** Uniforms of all its materials, where it is loaded with `morph`. */
   readonly slide: Slide = { time: { value: 0 }, seconds: { value: 0.35 } };
-  /** When all that is wanted first is there and shown, textures too, or the prefix of a file has ended (`last.prefix`). */
+  /** When all that is wanted first is there and shown, textures and animations too, or the prefix of a file has ended (`last.prefix`). */
   readonly complete: Promise<void>;
   /** @internal The document, as soon as there are geometries for it. */
   readonly ready: Promise<Document>;
@@ -49,6 +51,7 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
   readonly #relative: boolean;
   readonly #begin = performance.now();
   readonly #buffers = new Map<number, Awaited>();
+  readonly #busy = new Set<Promise<void>>();
   #document: Document | null;
   #layout: Layout | null = null;
   #textures: Textures | null = null;
@@ -65,12 +68,11 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
     const ready = new Promise<Document>((resolve) => (this.#isReady = resolve));
     let ended: (error?: { readonly error: unknown }) => void = () => {};
     this.#following = new Following(stream, { apply: (delta) => this.#take(delta), ended: (error) => ended(error) }, false);
-    this.complete = this.#following.complete.then(() => this.#textures?.settled());
+    this.complete = this.#following.complete.then(() => this.#settled());
     this.complete.catch(() => {});
     ended = (error) => {
       if (error) this.dispatchEvent({ type: "error", ...error });
-      else void this.#textures?.settled().then(() => this.dispatchEvent({ type: "complete" }));
-      if (!error && !this.#textures) this.dispatchEvent({ type: "complete" });
+      else void this.#settled().then(() => this.dispatchEvent({ type: "complete" }));
     };
     const none = () => new Error("the file holds no scene: UnweldLoader loads it");
     this.ready = Promise.race([ready, this.#following.complete.then(() => (this.#layout ? ready : Promise.reject(none())))]);
@@ -105,7 +107,7 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
   /** Wants more or less of the file from now on; resolves when it is there. Only bytes that are missing are fetched. */
   async want(until: Until): Promise<void> {
     await this.#following.want(until);
-    await this.#textures?.settled();
+    await this.#settled();
   }
 
   /** Goes on after a `ConnectionError`; resolves when all that is wanted is there. */
@@ -135,7 +137,13 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
     return this.#awaited(number).promise;
   }
 
-  /** @internal The same, but an error where all that is wanted has come without them. */
+  /** @internal What has come, but is not shown yet; errors of it are told. */
+  busy(work: Promise<void>): void {
+    const busy = work.catch((error: unknown) => console.error(error)).then(() => void this.#busy.delete(busy));
+    this.#busy.add(busy);
+  }
+
+  /** @internal Binary data, but an error where all that is wanted has come without them. */
   arriving(number: number): Promise<Uint8Array<ArrayBuffer>> {
     const over = this.#following.complete.then(() => Promise.reject(new Error(`buffer ${number} is not wanted`)));
     return Promise.race([this.buffer(number), over]);
@@ -165,6 +173,11 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
     if (this.#morph) for (const material of materials) geomorph(material, this.slide);
     this.boundingSphere = box.getBoundingSphere(new Sphere());
     this.#textures?.begin(gltf.parser);
+  }
+
+  /** When all that has come is shown. */
+  async #settled(): Promise<void> {
+    while (this.#busy.size > 0) await Promise.all(this.#busy);
   }
 
   #take(delta: Delta): void {

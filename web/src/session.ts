@@ -2,6 +2,7 @@
 
 import { attributesOf } from "./attributes.js";
 import { unwanted, type Document } from "./document.js";
+import { breath } from "./breath.js";
 import { errorOf, type Fault } from "./errors.js";
 import { compile, Decoder } from "./module.js";
 import type { Attributes, Contents, Delta, Level, Metadata, Numbers, Residue, Resource, Settings, Until } from "./types.js";
@@ -18,8 +19,11 @@ export interface Decoding {
   end(ended: Ended): Promise<void>;
   /** Forgets all bytes: the file begins anew. */
   restart(): Promise<void>;
-  /** What has changed, as soon as something has; `null` where nothing more will. */
-  next(): Promise<Delta | null>;
+  /**
+   * What has changed, as soon as something has, but not sooner than `pace` milliseconds after the last time, unless that is all; `null` where nothing more
+   * will.
+   */
+  next(pace: number): Promise<Delta | null>;
   /** Shows a level that has been decoded, or with `null` the finest. Until that is shown again, decoding rests. */
   show(level: number | null): Promise<Delta>;
   close(): void;
@@ -58,9 +62,14 @@ export class Session implements Decoding {
   /** Resources that are left out. */
   #skipped = new Set<number>();
   #wake: (() => void)[] = [];
+  /** Deltas made ahead of `next`, and when it was answered last. */
+  #pieces: Delta[] = [];
+  #told = -Infinity;
+  readonly #most: number;
 
   constructor(settings: Settings) {
     this.#settings = settings;
+    this.#most = Math.min(settings.most ?? MOST_NUMBERS, MOST_NUMBERS);
     this.#decoder = this.#new();
   }
 
@@ -109,6 +118,7 @@ export class Session implements Decoding {
     this.#lowered = [];
     this.#levels = [];
     this.#resources = [];
+    this.#pieces = [];
     this.#document = null;
     this.#skipped.clear();
     this.#contents = this.#level = this.#residue = this.#metadata = this.#fault = null;
@@ -117,11 +127,26 @@ export class Session implements Decoding {
     this.#stir();
   }
 
-  async next(): Promise<Delta | null> {
+  async next(pace: number): Promise<Delta | null> {
     for (;;) {
       const decoder = await this.#current();
+      const piece = this.#pieces.shift();
+      if (piece) {
+        this.#told = performance.now();
+        this.#stir();
+        return piece;
+      }
       if (this.#lowered.length === 0) {
-        if (this.#any && this.#contents) return this.#delta(decoder);
+        if (this.#any && this.#contents) {
+          const isAll = this.#complete || this.#fault || (this.#dry && this.#ended !== "no") || decoder.waiting() >= this.#most;
+          const early = isAll ? 0 : this.#told + pace - performance.now();
+          if (early > 0) {
+            await this.#stirred(early);
+            continue;
+          }
+          this.#told = performance.now();
+          return this.#delta(decoder);
+        }
         if (this.#fault) throw this.#fault;
         if (this.#complete) return null;
         if (this.#dry && this.#ended === "for now") return null;
@@ -144,16 +169,25 @@ export class Session implements Decoding {
     const decoder = await this.#current();
     const target = level ?? -1;
     const at = () => this.#lowered[this.#lowered.length - 1] ?? this.#level?.level ?? Infinity;
+    let isOther = false;
     while (at() < target) {
       const reached = decoder.coarsen();
       if (reached < 0) break;
       this.#lowered.push(reached);
+      isOther = true;
     }
     while (this.#lowered.length > 0 && at() > target) {
       decoder.restore();
       this.#lowered.pop();
+      isOther = true;
     }
     this.#stir();
+    const piece = isOther ? undefined : this.#pieces.shift();
+    if (piece) return piece;
+    // All is new in what follows; of the deltas made ahead only what is told once is of use.
+    const missed = this.#pieces.splice(0);
+    this.#levels.unshift(...missed.flatMap(({ levels }) => levels));
+    this.#resources.unshift(...missed.flatMap(({ resources }) => resources));
     return this.#delta(decoder);
   }
 
@@ -196,7 +230,11 @@ export class Session implements Decoding {
       for (;;) {
         const decoder = await this.#current();
         const rests = this.#dry || this.#complete || this.#fault || this.#lowered.length > 0;
-        if (rests || decoder.waiting() >= MOST_NUMBERS) break;
+        if (rests) break;
+        if (decoder.waiting() >= this.#most) {
+          if ((this.#pieces.length + 2) * this.#most > MOST_NUMBERS || !this.#contents) break;
+          this.#pieces.push(this.#delta(decoder));
+        }
         this.#slice(decoder);
         for (const wake of this.#wake.splice(0)) wake();
         await breath();
@@ -211,7 +249,7 @@ export class Session implements Decoding {
 
   #slice(decoder: Decoder): void {
     const begin = performance.now();
-    while (decoder.waiting() < MOST_NUMBERS && performance.now() - begin < SLICE) {
+    while (decoder.waiting() < this.#most && performance.now() - begin < SLICE) {
       const told = decoder.poll();
       if (told) {
         this.#any = true;
@@ -265,11 +303,9 @@ export class Session implements Decoding {
     if (!this.#document || !this.#contents) return;
     const first = this.#contents.resources.findIndex(({ kind }) => kind === "buffer");
     const others = unwanted(this.#document, this.#settings.until?.textures ?? Infinity).map((buffer) => buffer + first);
-    for (const number of others) {
-      if (this.#skipped.has(number) || !this.#contents.resources[number]) continue;
-      this.#skipped.add(number);
-      decoder.skip(number);
-    }
+    const fresh = others.filter((number) => !this.#skipped.has(number) && this.#contents!.resources[number]);
+    for (const number of fresh) this.#skipped.add(number);
+    if (fresh.length > 0) decoder.skip(fresh);
     this.#contents = { ...this.#contents, lacking: [...this.#skipped].filter((number) => !others.includes(number)) };
   }
 
@@ -309,8 +345,15 @@ export class Session implements Decoding {
     };
   }
 
-  #stirred(): Promise<void> {
-    return new Promise((resolve) => this.#wake.push(resolve));
+  /** Until something is different, or for so many milliseconds. */
+  #stirred(most?: number): Promise<void> {
+    return new Promise((resolve) => {
+      const timer = most === undefined ? undefined : setTimeout(resolve, most);
+      this.#wake.push(() => {
+        clearTimeout(timer);
+        resolve();
+      });
+    });
   }
 
   /** Something is different: whoever waits looks again, and there may be work. */
@@ -343,26 +386,7 @@ function arraysOf({ vertices, indices, values, rewritten }: Attributes): Numbers
 const MOST_QUEUED = 4 << 20;
 /** Bytes given to the decoder at a time, so that it is seen soon where what is wanted ends. */
 const PIECE = 1 << 18;
-/** Numbers that one delta holds, about: the page takes some milliseconds to apply them. */
+/** Numbers that one delta holds at most, about, and all that have been made ahead: the page takes some milliseconds to apply them. */
 const MOST_NUMBERS = 800_000;
 /** Milliseconds of decoding between two looks at what else is wanted. */
 const SLICE = 8;
-
-/** Lets messages come in: a timer would wait for 4 ms. */
-function breath(): Promise<void> {
-  const { setImmediate } = globalThis as { setImmediate?: (act: () => void) => void };
-  if (setImmediate) return new Promise((resolve) => setImmediate(resolve));
-  return new Promise((resolve) => {
-    breaths.push(resolve);
-    (channel ??= opened()).port1.postMessage(null);
-  });
-}
-
-const breaths: (() => void)[] = [];
-let channel: MessageChannel | null = null;
-
-function opened(): MessageChannel {
-  const channel = new MessageChannel();
-  channel.port2.onmessage = () => breaths.shift()?.();
-  return channel;
-}

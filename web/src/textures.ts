@@ -2,7 +2,8 @@
 
 import type { Material, Texture } from "three";
 import type { GLTFParser } from "three/addons/loaders/GLTFLoader.js";
-import { imageOf, versionsOf, type Document, type Version } from "./document.js";
+import { bitmapOf } from "./plugin.js";
+import { imageOf, lateViews, versionsOf, type Document, type Version } from "./document.js";
 import type { Contents } from "./unweld.js";
 import type { UnweldScene } from "./refining.js";
 
@@ -11,11 +12,11 @@ export class Textures {
   readonly #scene: UnweldScene;
   readonly #versions: Version[][];
   #shown: number[];
+  /** Of each image the finest version that has come. */
+  readonly #come: number[];
   #parser: GLTFParser | null = null;
   #begun: () => void = () => {};
   readonly #isBegun = new Promise<void>((resolve) => (this.#begun = resolve));
-  /** Images that are being decoded. */
-  readonly #busy = new Set<Promise<void>>();
   #isDisposed = false;
 
   /** Changes the document: its images are the smallest there are, or for those that come late without a preview a single pixel. */
@@ -30,6 +31,7 @@ export class Textures {
       return [{ size: 1, view: scene.provide(document, pixel(colourOf(document, k))), mimeType: "image/bmp" }, ...versions];
     });
     this.#shown = this.#versions.map(() => 0);
+    this.#come = this.#versions.map(() => 0);
     document.images?.forEach((image, k) => {
       const first = this.#versions[k]![0];
       if (!first) return;
@@ -49,11 +51,6 @@ export class Textures {
     this.#begun();
   }
 
-  /** When all that has come is shown. */
-  async settled(): Promise<void> {
-    while (this.#busy.size > 0) await Promise.all(this.#busy);
-  }
-
   dispose(): void {
     this.#isDisposed = true;
     for (const texture of this.#textures()) texture.dispose();
@@ -62,17 +59,15 @@ export class Textures {
   async #await(image: number, k: number, { view, mimeType }: Version): Promise<void> {
     const { buffer, byteOffset = 0, byteLength } = this.#document.bufferViews![view]!;
     const bytes = await this.#scene.buffer(buffer);
+    this.#come[image] = Math.max(this.#come[image]!, k);
     const blob = new Blob([bytes.subarray(byteOffset, byteOffset + byteLength)], mimeType === undefined ? {} : { type: mimeType });
-    const busy = this.#isBegun.then(() => this.#refine(image, k, blob)).catch((error: unknown) => console.error(`image ${image}`, error));
-    this.#busy.add(busy);
-    await busy;
-    this.#busy.delete(busy);
+    this.#scene.busy(this.#isBegun.then(() => this.#refine(image, k, blob)).catch((error: unknown) => console.error(`image ${image}`, error)));
   }
 
   async #refine(image: number, k: number, blob: Blob): Promise<void> {
-    if (this.#shown[image]! >= k || this.#isDisposed) return;
-    // Off this thread, and as GLTFLoader does it.
-    const bitmap = await createImageBitmap(blob, { premultiplyAlpha: "none", colorSpaceConversion: "none" });
+    // A preview that has waited until the image was there is not decoded.
+    if (this.#come[image]! > k || this.#isDisposed) return;
+    const bitmap = await bitmapOf(blob);
     if (this.#shown[image]! >= k || this.#isDisposed) return bitmap.close();
     this.#shown[image] = k;
     const sources = new Set<Texture["source"]>();
@@ -103,13 +98,6 @@ export class Textures {
     }
     return textures;
   }
-}
-
-/** The views of what does not stand right behind the base. */
-function lateViews({ bufferViews = [] }: Document, { resources, levels }: Contents): Set<number> {
-  const first = resources.findIndex(({ kind }) => kind === "buffer");
-  const isLate = ({ buffer }: { buffer: number }) => (resources[first + buffer]?.level ?? 0) < levels.length - 1;
-  return new Set(bufferViews.flatMap((view, k) => (isLate(view) ? [k] : [])));
 }
 
 /** What changes least where an image is missing: no light of its own, no bumps, else white. */

@@ -243,6 +243,10 @@ export interface Settings {
   jumps?: boolean;
   /** Whether resources are wanted: the document and the binary data of a scene. Without it they are not fetched. */
   resources?: boolean;
+  /** Whether normals of the file are enough where it has them at every corner: those that triangles make are 0 then. */
+  ownNormals?: boolean;
+  /** Numbers that a delta holds at most, about: 800,000 at most. Who takes long to apply them wants fewer at a time. */
+  most?: number;
   /** Where `unweld.wasm` is, if not beside the script. */
   wasm?: string | URL;
 }

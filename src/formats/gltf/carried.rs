@@ -1,7 +1,8 @@
 //! A scene without its geometry: the JSON, in which triangles name parts, and the buffers that it still needs (spec §14.3).
 //!
 //! Accessors that only triangles have go, and so do the buffer views that only they have; what stays is renumbered, and all of it lies in one
-//! buffer, but for images, each of which has buffers of its own. All else of the JSON, known or not, stays as it is and where it is.
+//! buffer, but for the samples of animations, where they are many, and for images, each of which has buffers of its own. All else of the JSON,
+//! known or not, stays as it is and where it is.
 
 use std::collections::BTreeSet;
 
@@ -15,6 +16,7 @@ use super::json::At;
 use super::layout::{Part, Parts};
 use super::meshopt;
 use super::notes::{Notes, QUANTIZATION};
+use super::previews::FIRST as FIRST_PREVIEW;
 use super::references::{self, Kind, Reference};
 use super::unknown;
 use crate::error::{Error, Result};
@@ -46,14 +48,11 @@ pub(super) fn carry(
     let most = list(&mut json, "accessors").len().max(list(&mut json, "bufferViews").len());
     let unknown = unknown::numbers(&json, most);
     let accessors = keep_accessors(&mut json, document, &geometry, notes)?;
-    let (mut binary, views) = keep_views(&mut json, document, &geometry, notes)?;
+    let (binary, views) = keep_views(&mut json, document, &geometry, notes)?;
     let have_changed = |k: &usize| accessors.changes(*k) || views.changes(*k);
     let unknown = unknown.into_iter().filter(|(_, numbers)| numbers.iter().any(have_changed));
     notes.unchecked.extend(unknown.map(|(name, _)| name));
-    if binary.is_empty() && !list(&mut json, "bufferViews").is_empty() {
-        binary.push(0);
-    }
-    let buffers = place_buffers(&mut json, binary, images, notes);
+    let buffers = place_buffers(&mut json, binary, moved_from(mesh), images, notes);
     name_extensions(&mut json, is_quantised(document, parts)?);
     let json = serde_json::to_vec(&json).map_err(|e| Error::Parameter(e.to_string()))?;
     Ok(Scene { json, buffers })
@@ -208,13 +207,14 @@ impl Kept {
     }
 }
 
-/// Leaves the buffer views that something names, or nothing at all; returns the bytes that they are of now, and which stay.
+/// Leaves the buffer views that something names, or nothing at all; returns the bytes that they are of now: samples of animations, if they are many, in
+/// a buffer of their own, the second; and which views stay.
 fn keep_views(
     json: &mut Value,
     document: &Document<'_>,
     geometry: &Geometry,
     notes: &mut Notes,
-) -> Result<(Vec<u8>, Kept)> {
+) -> Result<([Vec<u8>; 2], Kept)> {
     let views = list(json, "bufferViews").len();
     let mut kept: Vec<bool> = (0..views).map(|k| !geometry.views.contains(&k)).collect();
     references::visit(json, &mut |Reference { kind, value, pointer, is_certain }| {
@@ -230,8 +230,11 @@ fn keep_views(
         }
         Ok(())
     })?;
-    let mut binary = Vec::new();
+    let motion = motion(json)?;
+    let mut buffers = [Vec::new(), Vec::new()];
     for (k, item) in list(json, "bufferViews").iter_mut().enumerate().filter(|(k, _)| kept[*k]) {
+        let buffer = usize::from(motion.contains(&k));
+        let binary = &mut buffers[buffer];
         let number = Value::from(k);
         let bytes = document.view(&At { value: &number, pointer: format!("/bufferViews/{k}") })?.bytes;
         // Numbers stay as aligned as they were.
@@ -240,7 +243,7 @@ fn keep_views(
         document.take(begin - binary.len() + bytes.len(), 2)?;
         binary.resize(begin, 0);
         binary.extend_from_slice(bytes);
-        item["buffer"] = 0.into();
+        item["buffer"] = buffer.into();
         item["byteOffset"] = begin.into();
         item["byteLength"] = bytes.len().into();
         if let Some(extensions) = item.get_mut("extensions") {
@@ -252,7 +255,56 @@ fn keep_views(
     }
     let kept = Kept::new(kept);
     keep(json, "bufferViews", Kind::View, &kept, notes)?;
-    Ok((binary, kept))
+    for (k, binary) in buffers.iter_mut().enumerate() {
+        // A buffer has a byte at least.
+        if binary.is_empty() && list(json, "bufferViews").iter().any(|view| view["buffer"] == k) {
+            binary.push(0);
+        }
+    }
+    Ok((buffers, kept))
+}
+
+/// The views that samplers of animations have, and nothing else; none where these are but a few bytes.
+fn motion(json: &mut Value) -> Result<BTreeSet<usize>> {
+    let mut of = [Kind::Accessor, Kind::View].map(|kind| (kind, BTreeSet::new(), BTreeSet::new()));
+    for k in 0..of.len() {
+        let (before, at) = of.split_at_mut(k);
+        let (wanted, moving, others) = &mut at[0];
+        references::visit(json, &mut |Reference { kind, value, pointer, .. }| {
+            let Some(number) = value.as_u64().filter(|_| kind == *wanted) else { return Ok(()) };
+            let is_motion = match before.first() {
+                None => pointer.starts_with("/animations/"),
+                // A view: what moves is an accessor that nothing else has.
+                Some((_, accessors, others)) => {
+                    let accessor =
+                        pointer.strip_prefix("/accessors/").and_then(|rest| rest.split('/').next());
+                    let accessor = accessor.and_then(|number| number.parse().ok());
+                    accessor.is_some_and(|k| accessors.contains(&k) && !others.contains(&k))
+                }
+            };
+            if is_motion {
+                moving.insert(number as usize)
+            } else {
+                others.insert(number as usize)
+            };
+            Ok(())
+        })?;
+    }
+    let [_, (_, moving, others)] = of;
+    let views: BTreeSet<usize> = moving.difference(&others).copied().collect();
+    let length = |k: &usize| json["bufferViews"][*k]["byteLength"].as_u64().unwrap_or(0);
+    let bytes = views.iter().map(length).fold(0, u64::saturating_add);
+    Ok(if bytes > FEW { views } else { BTreeSet::new() })
+}
+
+/// From which error of a level on many samples are of use: where the mesh looks right in a picture of as many pixels as the first preview of an image
+/// has. Before that, what is there matters more than how it moves.
+fn moved_from(mesh: &IndexedMesh) -> f64 {
+    let range = |k: usize| {
+        let along = || mesh.positions.iter().map(|p| p[k]);
+        along().fold(f64::NEG_INFINITY, f64::max) - along().fold(f64::INFINITY, f64::min)
+    };
+    [0, 1, 2].map(range).into_iter().fold(0.0, f64::max) / f64::from(FIRST_PREVIEW)
 }
 
 /// Leaves some items of a list, and has them named by the numbers that they have then.
@@ -283,14 +335,20 @@ fn keep(json: &mut Value, name: &str, of: Kind, Kept(kept, _): &Kept, notes: &mu
 /// Makes buffers of binary data and images, in the order in which they are of use.
 fn place_buffers(
     json: &mut Value,
-    binary: Vec<u8>,
+    binary: [Vec<u8>; 2],
+    moved_from: f64,
     images: Vec<Image>,
     notes: &mut Notes,
 ) -> Vec<SceneBuffer> {
     notes.lost_extras += list(json, "buffers").iter().filter(|buffer| buffer.get("extras").is_some()).count();
     let mut buffers = Vec::new();
-    if !binary.is_empty() {
-        buffers.push(SceneBuffer { bytes: binary, role: Role::Binary, useful_from: f64::INFINITY });
+    // Of the binary data which buffers they are.
+    let mut numbers = [0; 2];
+    for (k, (bytes, useful_from)) in binary.into_iter().zip([f64::INFINITY, moved_from]).enumerate() {
+        numbers[k] = buffers.len();
+        if !bytes.is_empty() {
+            buffers.push(SceneBuffer { bytes, role: Role::Binary, useful_from });
+        }
     }
     // Of each further buffer the view that names it.
     let mut views = Vec::new();
@@ -318,6 +376,10 @@ fn place_buffers(
     order.sort_by(|&x, &y| buffers[y].useful_from.total_cmp(&buffers[x].useful_from));
     let mut places = vec![0; buffers.len()];
     order.iter().enumerate().for_each(|(place, &k)| places[k] = place);
+    for view in list(json, "bufferViews") {
+        let of = view["buffer"].as_u64().unwrap_or(0) as usize;
+        view["buffer"] = places[numbers[of]].into();
+    }
     let views = views
         .into_iter()
         .map(|(buffer, length): (usize, usize)| json!({"buffer": places[buffer], "byteLength": length}));
@@ -429,5 +491,7 @@ fn remove(from: &mut Value, key: &str) {
 /// Extensions of meshes and primitives that name triangles or vertices by number.
 const NAMING_TRIANGLES: [&str; 1] = ["EXT_mesh_manifold"];
 const NAMING_VERTICES: [&str; 2] = ["CESIUM_primitive_outline", "EXT_mesh_primitive_edge_visibility"];
+/// Bytes of samples of animations that stand with all else at the base: they take no longer to come than a base does.
+const FEW: u64 = 1 << 14;
 /// Bytes of the largest number of an accessor.
 const ALIGNED: usize = 8;

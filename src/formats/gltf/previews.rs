@@ -34,11 +34,27 @@ pub(super) struct Picture {
     pub previews: Vec<Preview>,
 }
 
+/// Pixels of the longer side of the first preview of an image.
+pub(super) const FIRST: u32 = 64;
 /// Pixels of the longer sides of previews, and from how many pixels of an image's own on there is one.
-const SIZES: [(u32, u32); 2] = [(64, 65), (256, 513)];
+const SIZES: [(u32, u32); 2] = [(FIRST, 65), (256, 513)];
 
-/// An original is at least so many times as large as a preview of it.
-const WORTH: usize = 2;
+/// An original is at least so many times as large as its first preview, and as all previews where there are more.
+const FIRST_WORTH: usize = 2;
+const WORTH: usize = 8;
+
+/// Leaves the previews that are worth their bytes. The first is what a scene is seen by at all: it is worth all but what it stands for. A
+/// further one only bridges the time until the original is there, which is the shorter the smaller that is, and every client loads both: of its
+/// bytes previews are to take a small share.
+fn keep_worthy(previews: &mut Vec<Preview>, original: usize) {
+    let mut taken = 0;
+    previews.retain(|preview| {
+        let share = if preview.size == FIRST { FIRST_WORTH } else { WORTH };
+        let is_worth = share * (taken + preview.bytes.len()) <= original;
+        taken += if is_worth { preview.bytes.len() } else { 0 };
+        is_worth
+    });
+}
 
 /// The size of a picture of KTX 2.0, and as previews its coarse mips, which need no transcoder.
 fn of_ktx(bytes: &[u8]) -> Picture {
@@ -47,7 +63,8 @@ fn of_ktx(bytes: &[u8]) -> Picture {
         SIZES.iter().filter(|(_, from)| pixels.iter().any(|side| side >= from)).map(|(size, _)| *size);
     let previews = sizes
         .filter_map(|size| Some(Preview { size, bytes: ktx::smaller(bytes, size)?, media: "image/ktx2" }));
-    let previews = previews.filter(|preview| WORTH * preview.bytes.len() < bytes.len()).collect();
+    let mut previews: Vec<Preview> = previews.collect();
+    keep_worthy(&mut previews, bytes.len());
     Picture { pixels, previews }
 }
 
@@ -115,8 +132,7 @@ mod with {
             let (bytes, media) = encoded(&small, has_alpha).map_err(said)?;
             picture.previews.push(Preview { size, bytes, media });
         }
-        // What is no smaller than what it stands for is not worth it.
-        picture.previews.retain(|preview| WORTH * preview.bytes.len() < bytes.len());
+        keep_worthy(&mut picture.previews, bytes.len());
         Ok(picture)
     }
 

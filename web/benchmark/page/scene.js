@@ -1,6 +1,21 @@
-// What is measured of scenes: a loader loads one, three.js draws it with its materials, and each picture is compared with the last.
+// What is measured of scenes: a loader loads one, three.js draws it with its materials, and each picture is compared with the last. Or nothing is drawn, and
+// there is only when the loader had something to draw.
 
-import { AmbientLight, Box3, Color, DirectionalLight, PerspectiveCamera, Scene, Sphere, Vector3, WebGLRenderer } from "three";
+import {
+  AmbientLight,
+  Box3,
+  BoxGeometry,
+  Color,
+  DataTexture,
+  DirectionalLight,
+  Mesh,
+  MeshStandardMaterial,
+  PerspectiveCamera,
+  Scene,
+  Sphere,
+  Vector3,
+  WebGLRenderer,
+} from "three";
 import { GLTFLoader } from "three/addons/loaders/GLTFLoader.js";
 import { DRACOLoader } from "three/addons/loaders/DRACOLoader.js";
 import { MeshoptDecoder } from "three/addons/libs/meshopt_decoder.module.js";
@@ -12,23 +27,44 @@ renderer.setSize(SIZE, SIZE);
 document.body.append(renderer.domElement);
 
 const loaders = {
-  unweld: (url, changed) => {
-    const loader = new UnweldGLTFLoader();
-    return loader.loadAsync(url).then((gltf) => {
+  unweld: (url, changed) =>
+    unweld.loadAsync(url).then((gltf) => {
       const { unweld } = gltf;
       unweld.addEventListener("refine", () => changed(unweld.last.bytes));
       unweld.addEventListener("texture", () => changed(unweld.last.bytes));
       return { scene: gltf.scene, bytes: unweld.last.bytes, complete: unweld.complete };
-    });
-  },
+    }),
   draco: (url) => new GLTFLoader().setDRACOLoader(draco).loadAsync(url),
   meshopt: (url) => new GLTFLoader().setMeshoptDecoder(MeshoptDecoder).loadAsync(url),
 };
-const draco = new DRACOLoader().setDecoderPath("/draco/").preload();
+const unweld = new UnweldGLTFLoader();
+const draco = new DRACOLoader().setDecoderPath("/draco/");
 MeshoptDecoder.useWorkers(2);
 
+/** Loads a scene and forgets it: loader and decoder are there then, and have run. */
+globalThis.warm = async (kind, url) => {
+  const loaded = await loaders[kind](url, () => {});
+  await loaded.complete;
+};
+
+/** What every loader's first picture takes: shaders and a picture of a box with the textures that materials mostly have. */
+globalThis.drawBox = () => {
+  const scene = new Scene();
+  scene.add(new DirectionalLight(0xffffff, 3), new AmbientLight(0xffffff, 1.5));
+  const texture = () => Object.assign(new DataTexture(new Uint8Array(4 * 64 * 64).fill(200), 64, 64), { needsUpdate: true });
+  const maps = Object.fromEntries(["map", "normalMap", "roughnessMap", "metalnessMap", "aoMap"].map((name) => [name, texture()]));
+  scene.add(new Mesh(new BoxGeometry(), new MeshStandardMaterial(maps)));
+  const camera = new PerspectiveCamera(35, 1, 0.01, 100);
+  camera.position.set(2, 1.4, 3.2);
+  camera.lookAt(0, 0, 0);
+  const start = performance.now();
+  renderer.render(scene, camera);
+  renderer.getContext().readPixels(0, 0, 1, 1, WebGLRenderingContext.RGBA, WebGLRenderingContext.UNSIGNED_BYTE, new Uint8Array(4));
+  return performance.now() - start;
+};
+
 /** Loads a scene: for each picture with something new its time, bytes and PSNR against the last, and the longest task that was no drawing. */
-globalThis.loadScene = async (kind, url) => {
+globalThis.loadScene = async (kind, url, isDrawn = true) => {
   const scene = new Scene();
   scene.background = new Color(0.2, 0.2, 0.2);
   const sun = new DirectionalLight(0xffffff, 3);
@@ -41,10 +77,12 @@ globalThis.loadScene = async (kind, url) => {
   const begin = performance.now();
   const draw = (bytes) => {
     const start = performance.now();
-    renderer.render(scene, camera);
-    const gl = renderer.getContext();
     const pixels = new Uint8Array(4 * SIZE * SIZE);
-    gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    if (isDrawn) {
+      renderer.render(scene, camera);
+      const gl = renderer.getContext();
+      gl.readPixels(0, 0, SIZE, SIZE, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+    }
     pictures.push({ time: performance.now() - begin, bytes, pixels });
     spent.push([start, performance.now()]);
   };

@@ -87,10 +87,14 @@ export declare class PartGeometry extends BufferGeometry<Record<string, BufferAt
         [at: number]: number;
     };
     reach(buffers: Buffers, slot: number): void;
-    /** After a delta. Where it completes a level, coarser ones are forgotten, whose vertices may have lain further out. */
-    end(part: PartOf, error: number, { anew, level }: {
+    /**
+     * After a delta. Coarser levels are forgotten, whose vertices may have lain further out, where all is there and, lest every triangle be looked at with
+     * every level, where there are twice as many as then.
+     */
+    end(part: PartOf, error: number, { anew, level, last }: {
         anew: boolean;
         level: boolean;
+        last: boolean;
     }): void;
     /** The renderer has put morph targets into a texture, which it makes anew only for a geometry that is new to it. */
     renewTargets(): void;

@@ -1,4 +1,5 @@
 import type { Kind, PartSpec } from "./buffers.js";
+import type { Contents } from "./types.js";
 /** The name of the extension. */
 export declare const NAME = "UNWELD_progressive_mesh";
 /** Whatever has extensions; ours is known. */
@@ -23,6 +24,7 @@ export interface Image extends Extensible<{
     bufferView?: number;
     mimeType?: string;
     uri?: string;
+    extras?: unknown;
 }
 export interface Preview {
     size: number;
@@ -61,7 +63,37 @@ export interface Document extends Extensible<{
         byteOffset?: number;
         byteLength: number;
     }[];
+    accessors?: Accessor[];
+    animations?: {
+        samplers: {
+            input: number;
+            output: number;
+        }[];
+        channels: {
+            target: {
+                node?: number;
+            };
+        }[];
+    }[];
 }
+export interface Accessor {
+    bufferView?: number;
+    count: number;
+    type: string;
+    max?: number[];
+    sparse?: {
+        indices: {
+            bufferView: number;
+        };
+        values: {
+            bufferView: number;
+        };
+    };
+}
+/** Numbers of an item of an accessor. */
+export declare function componentsOf(type: string): number;
+/** The views of what does not stand right behind the base. */
+export declare function lateViews({ bufferViews }: Document, { resources, levels }: Contents): Set<number>;
 /** What each part has, by the primitives that show it. */
 export declare function partsOf({ meshes, nodes }: Document): PartSpec[];
 /** The image of a texture. */

@@ -27,6 +27,8 @@ export declare abstract class StreamLoader<T> extends Loader<T> {
     setWorkerLimit(limit: number): this;
     /** What ends loading: before `onLoad` with an error, later in `complete`; what is shown stays as it is. */
     setSignal(signal: AbortSignal | undefined): this;
+    /** Starts a worker and has the module fetched and compiled before there is anything to load: for pages that will load something later. */
+    preload(): Promise<void>;
     /** Ends all that is being loaded. */
     abort(): this;
     /** Ends the workers, and what they still load. */
@@ -40,3 +42,5 @@ export declare abstract class StreamLoader<T> extends Loader<T> {
         waits?: boolean | undefined;
     }): MeshStream;
 }
+/** Numbers that are applied to a scene at a time: its buffers take longer than those of one mesh. */
+export declare const SCENE_MOST = 200000;

@@ -26,6 +26,10 @@ export interface Changes {
 }
 /** Compiles the module, once for each address. */
 export declare function compile(url: string | URL | undefined): Promise<WebAssembly.Module>;
+/** Takes the module of an address from another thread that has compiled it. */
+export declare function provide(url: string | URL | undefined, module: WebAssembly.Module): void;
+/** Whether the module is there: nothing is waited for. */
+export declare function isCompiled(url: string | URL | undefined): boolean;
 /** A decoder. Its methods are those of `unweld::wasm::Client`. */
 export declare class Decoder {
     #private;
@@ -33,8 +37,8 @@ export declare class Decoder {
     want(until: Until): void;
     /** Bytes of the file from byte `at` on. */
     push(at: number, bytes: Uint8Array): void;
-    /** Leaves out a resource. */
-    skip(number: number): void;
+    /** Leaves out resources. */
+    skip(numbers: readonly number[]): void;
     /** Adds a resource that was left out; `false` where there is a fault to report. */
     add(number: number, bytes: Uint8Array): boolean;
     /** A resource that is whole. */

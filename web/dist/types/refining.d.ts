@@ -13,6 +13,10 @@ export interface SceneEvents {
         image: number;
         size: number;
     };
+    /** The samples of an animation have come, after the first picture: its number in the document. */
+    animation: {
+        animation: number;
+    };
     /** All that is wanted is there, or a prefix has ended. */
     complete: object;
     /** It will not be. */
@@ -39,7 +43,7 @@ export declare class UnweldScene extends EventDispatcher<SceneEvents> {
     boundingSphere: Sphere | null;
     /** Uniforms of all its materials, where it is loaded with `morph`. */
     readonly slide: Slide;
-    /** When all that is wanted first is there and shown, textures too, or the prefix of a file has ended (`last.prefix`). */
+    /** When all that is wanted first is there and shown, textures and animations too, or the prefix of a file has ended (`last.prefix`). */
     readonly complete: Promise<void>;
     /** Follows a stream. `document`: where the file does not hold one. */
     constructor(stream: MeshStream, { morph, document }: {

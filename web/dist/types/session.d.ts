@@ -11,8 +11,11 @@ export interface Decoding {
     end(ended: Ended): Promise<void>;
     /** Forgets all bytes: the file begins anew. */
     restart(): Promise<void>;
-    /** What has changed, as soon as something has; `null` where nothing more will. */
-    next(): Promise<Delta | null>;
+    /**
+     * What has changed, as soon as something has, but not sooner than `pace` milliseconds after the last time, unless that is all; `null` where nothing more
+     * will.
+     */
+    next(pace: number): Promise<Delta | null>;
     /** Shows a level that has been decoded, or with `null` the finest. Until that is shown again, decoding rests. */
     show(level: number | null): Promise<Delta>;
     close(): void;
@@ -27,7 +30,7 @@ export declare class Session implements Decoding {
     add(number: number, bytes: Uint8Array): Promise<void>;
     end(ended: Ended): Promise<void>;
     restart(): Promise<void>;
-    next(): Promise<Delta | null>;
+    next(pace: number): Promise<Delta | null>;
     show(level: number | null): Promise<Delta>;
     close(): void;
 }

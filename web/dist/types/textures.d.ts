@@ -8,7 +8,5 @@ export declare class Textures {
     constructor(document: Document, scene: UnweldScene, contents: Contents);
     /** Three.js has made textures of the smallest. */
     begin(parser: GLTFParser): void;
-    /** When all that has come is shown. */
-    settled(): Promise<void>;
     dispose(): void;
 }

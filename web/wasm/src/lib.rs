@@ -26,7 +26,7 @@ thread_local! {
 
 /// What may be set, by bit of `settings` in [`unweld_new`]: positions relative to the lattice's origin, [`unweld_coarsen`], jumps,
 /// [`unweld_resource`].
-const SETTINGS: [&str; 4] = ["relative", "levels", "jumps", "resources"];
+const SETTINGS: [&str; 5] = ["relative", "levels", "jumps", "resources", "ownNormals"];
 /// What may be wanted, by number, each with a value: everything; a level; a largest error, or a root mean square, of at most so much; at most so many triangles.
 const WANTS: [&str; 5] = ["all", "level", "max", "rms", "triangles"];
 /// What [`unweld_poll`] and [`unweld_finish`] return, by number.
@@ -35,8 +35,8 @@ const OUTCOMES: [&str; 3] = ["waits", "event", "fault"];
 /// Begins anew, with [`SETTINGS`] by bit and one of [`WANTS`].
 #[unsafe(no_mangle)]
 pub extern "C" fn unweld_new(settings: u32, want: u32, value: f64) {
-    let [relative, undo, jumps, resources] = std::array::from_fn(|bit| settings >> bit & 1 != 0);
-    let settings = Settings { want: wanted(want, value), relative, undo, jumps, resources };
+    let [relative, undo, jumps, resources, own_normals] = std::array::from_fn(|bit| settings >> bit & 1 != 0);
+    let settings = Settings { want: wanted(want, value), relative, undo, jumps, resources, own_normals };
     with(|instance| *instance = Instance::new(settings));
 }
 
@@ -64,10 +64,15 @@ pub extern "C" fn unweld_push(at: f64, length: u32) {
     });
 }
 
-/// Leaves out a resource, by its number.
+/// Leaves out resources, by their numbers: the first `length` bytes of the room, four for each, little end first.
 #[unsafe(no_mangle)]
-pub extern "C" fn unweld_skip(number: u32) {
-    with(|instance| instance.client.skip(number));
+pub extern "C" fn unweld_skip(length: u32) {
+    with(|instance| {
+        let input = std::hint::black_box(&instance.input);
+        let (numbers, _) = input.get(..length as usize).unwrap_or(input).as_chunks();
+        let numbers: Vec<u32> = numbers.iter().map(|&bytes| u32::from_le_bytes(bytes)).collect();
+        instance.client.skip(&numbers);
+    });
 }
 
 /// Adds a resource that was left out: the first `length` bytes of the room. Returns one of [`OUTCOMES`].

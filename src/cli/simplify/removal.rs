@@ -34,6 +34,7 @@ pub(super) fn simplified(
         passes: None,
         parents: None,
         remarks: Vec::new(),
+        frames: Vec::new(),
     })
 }
 

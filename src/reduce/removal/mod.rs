@@ -118,7 +118,7 @@ impl Surface {
         let Some(spacing) = u8::try_from(spacing).ok().filter(|&spacing| spacing > 0) else {
             return Err(Error::Parameter(format!("a spacing of {spacing} edges: 1 to 255 can be")));
         };
-        let (mut working, left_out) = Working::new(mesh)?;
+        let (mut working, left_out) = Working::new(mesh, false, false)?;
         let scale = working.scale();
         let (positions, triangles) = (working.positions, working.triangles);
         let (min, max) = lattice::bounds(positions.iter().copied()).unwrap_or_default();

@@ -210,6 +210,12 @@ impl Decoder {
         }
     }
 
+    /// Has the vertices of a member of a set be told by those of the one before it (spec §15.2): where these are, in their order in
+    /// [`Decoder::mesh`]. To be called before any bytes are pushed.
+    pub fn beside(&mut self, other: Arc<[[i32; 3]]>) {
+        self.session.other = Some(other);
+    }
+
     /// Hands over the next bytes. They wait until [`Decoder::poll`] comes to them.
     pub fn push(&mut self, bytes: &[u8]) {
         self.pending.drain(..self.used);

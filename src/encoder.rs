@@ -16,6 +16,7 @@ mod places;
 mod report;
 mod resources;
 mod schedule;
+mod set;
 mod work;
 
 use crate::codec::grid::Real;
@@ -30,12 +31,14 @@ use alive::Alive;
 use finish::Finish;
 use levels::Levels;
 use places::Places;
+use set::Membership;
 use std::io::Write;
 use std::time::Instant;
 
 pub use options::{AttributeBirth, Keyframes, LatticeChoice, Options, Preview, Profile};
 pub use report::{Joined, Report, Seconds};
 pub use resources::{Place, Resource};
+pub use set::{SetInput, SetMember, SetOrder, SetReport, encode_set};
 
 /// What the encoder is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -81,6 +84,7 @@ pub struct Encoder<'a> {
     progress: Option<Box<dyn FnMut(Progress) -> bool + 'a>>,
     source: Source,
     resources: Vec<Resource>,
+    membership: Option<Membership>,
 }
 
 /// What the metadata say of the input.
@@ -144,7 +148,10 @@ impl<'a> Encoder<'a> {
         resources::check(&self.resources)?;
         let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
         let (min, max) = lattice::bounds(used).ok_or_else(|| parameter("the mesh has no triangles"))?;
-        let lattice = self.options.lattice_over(min, max)?;
+        let lattice = match &self.membership {
+            Some(membership) => membership.lattice,
+            None => self.options.lattice_over(min, max)?,
+        };
         self.report_progress(Stage::Condition, 0, mesh.triangles.len() as u64)?;
         let conditioned = topology::condition_on(mesh, self.options.weld, &lattice);
         let joined = Joined::new(mesh, &conditioned, &lattice);
@@ -175,14 +182,24 @@ impl<'a> Encoder<'a> {
         let entries = finish.entries();
         let alive = labelling.as_ref().zip(measured.as_ref());
         let alive = alive.map(|(labelling, measured)| Alive::new(labelling, measured, entries, base_level));
-        let mut levels = Levels::new(mesh_at_base, &simplified, &places, &options, alive);
+        if let Some(own) = &mut self.membership {
+            own.places = set::places(&mesh_at_base);
+        }
+        let membership = self.membership.clone();
+        let other = membership.as_ref().and_then(|own| own.other.as_deref());
+        let mut levels = Levels::new(mesh_at_base, &simplified, &places, &options, alive, other)?;
         levels.code(&mut |done, total| self.report_progress(Stage::Code, done, total))?;
         let (finest, alive) = levels.finest();
         let payloads = finish.payloads(finest, alive, &lattice)?;
 
         let maximum = lattice.quantise(max).map(|x| x as u32);
-        let mut file =
-            FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &places, &lattice));
+        let maximum = membership.as_ref().map_or(maximum, |own| own.maximum);
+        let mut entries = level_entries(&simplified, &levels, &places, &lattice);
+        if let (Some([max, rms]), Some(level)) = (membership.and_then(|own| own.errors), entries.first_mut())
+        {
+            [level.max_error, level.rms_error] = [level.max_error + max, level.rms_error + rms];
+        }
+        let mut file = FileBuilder::new(lattice, maximum, entries);
         file.coding = Coding { lifting: places.lifting, rich_models: options.rich_models };
         let mut report = Report::new(found, &simplified, mesh.diagonal());
         report.dropped = self.source.dropped.clone();

@@ -42,6 +42,11 @@ fn scenes() {
 }
 
 #[test]
+fn sets() {
+    smoke(fuzzing::fuzz_sets, 400, 200);
+}
+
+#[test]
 fn container() {
     smoke(fuzzing::fuzz_container, 3000, 300);
 }

@@ -20,7 +20,7 @@ use unweld::decoder::{Decoder, Event, Until};
 use unweld::mesh::IndexedMesh;
 
 /// Decode a .uwm file, or as much as is wanted or there, to PLY, OBJ, STL or glTF
-#[derive(clap::Args)]
+#[derive(Clone, clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The file, - for standard input
@@ -78,6 +78,21 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     }
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
+    let of_member;
+    let args = if uwm.members().is_some() {
+        if args.operations.is_some() || folder.is_some() || args.via == Via::Keyframe {
+            return Err(Usage(format!(
+                "{}: a set of meshes has no operations; unpack writes all of it",
+                uwm.name
+            ))
+            .into());
+        }
+        uwm.enter_wanted(&args.quality, &mut Progress::new(args.quiet))?;
+        of_member = Args { quality: Quality::default(), ..args.clone() };
+        &of_member
+    } else {
+        args
+    };
     let way = way(args, &mut uwm)?;
     let (way, short) = within(&uwm, args, way)?;
     let mut levels = Vec::new();

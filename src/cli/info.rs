@@ -36,6 +36,13 @@ pub struct Args {
 /// Those of reading the file.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
+    if let Some(set) = &uwm.set {
+        if args.json {
+            return say(&format!("{:#}\n", set.described()));
+        }
+        let bytes = count(set.contents.file_bytes(), "byte");
+        return say(&format!("{}: {bytes}, a set\n{}\n{}", set.name, set.summary(), set.table()));
+    }
     let description = describe(&mut uwm, &mut Progress::new(args.quiet))?;
     let cut = uwm.cut();
     if args.json {

@@ -91,6 +91,7 @@ impl Mesh {
         reading: Reading,
         progress: &mut Progress,
     ) -> anyhow::Result<Self> {
+        let level = uwm.enter(level, progress)?;
         let decoder = uwm.level(level, progress)?;
         let mesh = shown::placed(&decoder, reading.max_memory).with_context(|| uwm.name.clone())?;
         let is_scene = reading.scenes && uwm.contents.scene().is_some();

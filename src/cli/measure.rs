@@ -132,7 +132,8 @@ fn read(path: &Path, level: Option<u32>, memory: u64, progress: &mut Progress) -
     match Input::open(path, Reading { max_memory: memory, force: false, scenes: false })? {
         Input::Levels(mut uwm) => {
             let level = level.unwrap_or(0);
-            let mesh = placed(&uwm.level(level, progress)?, memory)?;
+            let own = uwm.enter(level, progress)?;
+            let mesh = placed(&uwm.level(own, progress)?, memory)?;
             Measured::new(name, Some(level), mesh)
         }
         Input::Mesh(_) if level.is_some() => Err(input::without_levels(path).into()),

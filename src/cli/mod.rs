@@ -16,10 +16,12 @@ mod input;
 mod inputs;
 mod lattice;
 mod measure;
+mod members;
 mod memory;
 mod numbers;
 mod original;
 mod output;
+mod pack;
 mod page;
 mod progress;
 mod quality;
@@ -31,6 +33,7 @@ mod shown;
 mod signals;
 mod simplify;
 mod triangles;
+mod unpack;
 mod uwm;
 mod verify;
 mod view;
@@ -55,6 +58,9 @@ enum Command {
     Verify(verify::Args),
     Measure(measure::Args),
     Simplify(simplify::Args),
+    Lod(simplify::lod::Args),
+    Pack(pack::Args),
+    Unpack(unpack::Args),
     View(view::Args),
     Serve(serve::Args),
     Fetch(fetch::Args),
@@ -72,6 +78,9 @@ pub fn run() -> ExitCode {
         Command::Verify(args) => verify::run(&args),
         Command::Measure(args) => measure::run(&args),
         Command::Simplify(args) => simplify::run(&args),
+        Command::Lod(args) => simplify::lod::run(&args),
+        Command::Pack(args) => pack::run(&args),
+        Command::Unpack(args) => unpack::run(&args),
         Command::View(args) => view::run(&args),
         Command::Serve(args) => serve::run(&args),
         Command::Fetch(args) => fetch::run(&args),
@@ -93,6 +102,8 @@ EXAMPLES
   unweld verify bunny.uwm bunny.ply            is it sound, and is it that mesh?
   unweld measure bunny.ply small.ply           how far are they from each other?
   unweld view bunny.uwm -o bunny.png           a picture of it
+  unweld lod bunny.ply -o lods/ --levels 4     a mesh a level of detail
+  unweld pack lods/*.ply -o lods.uwm           such meshes in one file
   unweld serve coded/                          all files of a folder over HTTP
   unweld fetch URL -o bunny.uwm                a file from a server, or as much as is wanted
 

@@ -5,10 +5,10 @@ use unweld::container::{Contents, Want};
 use unweld::{Error, Result};
 
 /// How much is wanted; everything, where nothing is said.
-#[derive(Clone, Copy, Debug, clap::Args)]
+#[derive(Clone, Copy, Debug, Default, clap::Args)]
 #[group(multiple = false)]
 pub struct Quality {
-    /// Level J, from 0, the finest, to the base's, which `info` tells
+    /// Level J, from 0, the finest, to the base's, which `info` tells; of a set, member J
     #[arg(long, value_name = "J")]
     pub level: Option<u32>,
     /// As fine as possible with at most N triangles, 0 or more; the base at least

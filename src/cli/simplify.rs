@@ -1,5 +1,6 @@
 //! `unweld simplify`: a coarser mesh, without a `.uwm` file between.
 
+pub mod lod;
 mod reduction;
 mod removal;
 

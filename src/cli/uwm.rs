@@ -2,6 +2,7 @@
 
 use super::args::is_stream;
 use super::input;
+use super::members::Set;
 use super::numbers::{count, grouped};
 use super::progress::Progress;
 use anyhow::{Context, anyhow, bail};
@@ -25,9 +26,13 @@ pub struct Uwm {
     bytes: Box<dyn ReadSeek>,
     length: u64,
     limits: Limits,
+    /// The set that it is a member of.
+    pub(super) set: Option<Box<Set>>,
+    /// Where the vertices of the member are that it leans on.
+    other: Option<Arc<[[i32; 3]]>>,
 }
 
-trait ReadSeek: Read + Seek {}
+pub(super) trait ReadSeek: Read + Seek {}
 impl<T: Read + Seek> ReadSeek for T {}
 
 impl Uwm {
@@ -72,10 +77,28 @@ impl Uwm {
     }
 
     fn over(mut bytes: Box<dyn ReadSeek>, name: String, memory: u64) -> anyhow::Result<Self> {
+        let limits = Limits { memory, ..Limits::default() };
+        if let Some(set) = Set::read(&mut *bytes, &name).with_context(|| name.clone())? {
+            let contents = set.contents.members[0].contents.clone();
+            let empty = Box::new(Cursor::new(Vec::new()));
+            let set = Some(Box::new(set.over(bytes)));
+            return Ok(Self { name, contents, bytes: empty, length: 0, limits, set, other: None });
+        }
         let contents = read_contents(&mut *bytes).with_context(|| name.clone())?;
         let length = bytes.seek(SeekFrom::End(0)).with_context(|| name.clone())?;
-        let limits = Limits { memory, ..Limits::default() };
-        Ok(Self { name, contents, bytes, length, limits })
+        Ok(Self { name, contents, bytes, length, limits, set: None, other: None })
+    }
+
+    /// Becomes a file in memory, with what its vertices are told by.
+    pub(super) fn become_member(
+        &mut self,
+        file: Vec<u8>,
+        contents: Arc<Contents>,
+        other: Option<Arc<[[i32; 3]]>>,
+    ) {
+        self.length = file.len() as u64;
+        self.bytes = Box::new(Cursor::new(file));
+        (self.contents, self.other) = (contents, other);
     }
 
     /// Bytes of memory that decoding may take.
@@ -198,7 +221,7 @@ impl Uwm {
         self.decode(Some(&plan), Until::default(), &mut Progress::new(true), &mut |_, _| Ok(()))
     }
 
-    /// Decodes a level; level 0 with all that belongs to it.
+    /// Decodes a level; level 0 with all that belongs to it. Of a set, of the member at hand.
     ///
     /// # Errors
     /// As [`Uwm::check_level`] and [`Uwm::decode`].
@@ -275,6 +298,9 @@ impl Uwm {
             Some(plan) => Decoder::of_plan(self.contents.clone(), plan, options),
             None => Decoder::new(options),
         };
+        if let Some(other) = &self.other {
+            decoder.beside(other.clone());
+        }
         let runs: Vec<Range<u64>> = match plan {
             Some(plan) => plan.parts.iter().map(|part| part.bytes.clone()).collect(),
             None => std::iter::once(0..u64::MAX).collect(),

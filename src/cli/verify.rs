@@ -1,6 +1,7 @@
 //! `unweld verify`: is a file sound, do its roads lead to the same meshes, and is it the mesh it came from?
 
 use super::args::size;
+use super::failure::Usage;
 use super::input::{self, Reading};
 use super::numbers::{count, grouped};
 use super::original::{compare, lists_differ};
@@ -27,6 +28,9 @@ pub struct Args {
     input: PathBuf,
     /// The mesh it was made from
     original: Option<PathBuf>,
+    /// The member of a set that is compared with ORIGINAL, 0, the finest, where none is named
+    #[arg(long, value_name = "J", requires = "original")]
+    level: Option<u32>,
     /// Most memory to use, in bytes or with a suffix K, M, G
     #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
     max_memory: u64,
@@ -43,7 +47,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
     let mut progress = Progress::new(args.quiet);
     let mut lines = vec![format!("{}:", uwm.name)];
-    let checked = check(&mut uwm, &mut progress, &mut lines);
+    let checked = match uwm.members() {
+        Some(members) => check_set(&mut uwm, args.level.unwrap_or(0), members, &mut progress, &mut lines),
+        None if args.level.is_some() => return Err(Usage("--level is for sets of meshes".to_owned()).into()),
+        None => check(&mut uwm, &mut progress, &mut lines),
+    };
     let checked = checked.and_then(|mesh| match &args.original {
         Some(original) => {
             // What is there counts, as where it was encoded by force.
@@ -118,6 +126,29 @@ pub fn check(uwm: &mut Uwm, progress: &mut Progress, lines: &mut Vec<String>) ->
     drop(decoder);
     keyframes(uwm, progress, &prints, &mesh, lines)?;
     Ok(mesh)
+}
+
+/// Checks the members of a set one after the other, and comes back to member `wanted`, whose mesh it returns.
+fn check_set(
+    uwm: &mut Uwm,
+    wanted: u32,
+    members: Vec<u32>,
+    progress: &mut Progress,
+    lines: &mut Vec<String>,
+) -> anyhow::Result<IndexedMesh> {
+    for number in members {
+        uwm.enter(number, progress)?;
+        let mut own = Vec::new();
+        let mesh = check(uwm, progress, &mut own)?;
+        let (atoms, triangles) = (uwm.contents.atoms.len() as u64, mesh.triangles.len() as u64);
+        lines.push(format!(
+            "member {number:<4} {}, {}: right",
+            count(atoms, "atom"),
+            count(triangles, "triangle")
+        ));
+    }
+    uwm.enter(wanted, progress)?;
+    Ok(uwm.level(0, progress)?.assembled()?)
 }
 
 /// Connectivity, counts and topology of a level; `before` is the topology of the coarser ones.

@@ -198,6 +198,14 @@ pub fn levels(
     wanted: &[u32],
     progress: &mut Progress,
 ) -> anyhow::Result<BTreeMap<u32, IndexedMesh>> {
+    if uwm.members().is_some() {
+        let mut meshes = BTreeMap::new();
+        for &level in if wanted.is_empty() { &[0] } else { wanted } {
+            let own = uwm.enter(level, progress)?;
+            meshes.insert(level, uwm.level(own, progress)?.assembled()?);
+        }
+        return Ok(meshes);
+    }
     wanted.iter().try_for_each(|&level| uwm.check_level(level))?;
     let finest = wanted.iter().copied().min().unwrap_or(0);
     let way = uwm.way_to(finest)?;

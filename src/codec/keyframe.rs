@@ -2,11 +2,12 @@
 
 use super::edgebreaker::{self, ConnectivityError};
 use super::lift::Cells;
+use super::shared::Shared;
 use super::walk::Walk;
 use super::whole::WholeError;
 #[cfg(feature = "encode")]
 use crate::entropy::RangeEncoder;
-use crate::entropy::{BitCoder, CodingError, NumberModel, RangeDecoder, varint};
+use crate::entropy::{BitCoder, NumberModel, RangeDecoder, varint};
 use crate::limits::Budget;
 use crate::mesh::{CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Roots, from_cell};
@@ -44,7 +45,25 @@ pub fn encode(
     precision: u32,
     behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
 ) -> Written {
-    write(mesh, precision, OF_LEVEL, behind)
+    write(mesh, precision, OF_LEVEL, None, behind).expect(HOLDS)
+}
+
+/// Writes a mesh some of whose vertices are those of another one (spec §15.2), as [`encode`] a level of shift 0.
+///
+/// # Errors
+/// [`ConnectivityError::Limit`] where that takes too much of the budget.
+#[cfg(feature = "encode")]
+pub fn encode_beside(
+    mesh: &ProgressiveMesh,
+    other: &[[i32; 3]],
+    budget: &mut Budget,
+    behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
+) -> Result<Written, ConnectivityError> {
+    let before = budget.work();
+    let mut shared = Shared::new(other, budget)?;
+    let written = write(mesh, 0, OF_LEVEL, Some((&mut shared, budget)), behind);
+    budget.give_memory(Shared::bytes(other.len()), 1);
+    written.map(|written| Written { work: written.work + (budget.work() - before), ..written })
 }
 
 /// Writes components that are born as a payload (spec §7.4), as [`encode`] a level.
@@ -54,7 +73,7 @@ pub fn encode_birth(
     precision: u32,
     behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
 ) -> Written {
-    write(components, precision, OF_BIRTH, behind)
+    write(components, precision, OF_BIRTH, None, behind).expect(HOLDS)
 }
 
 #[cfg(feature = "encode")]
@@ -62,8 +81,9 @@ fn write(
     mesh: &ProgressiveMesh,
     precision: u32,
     first: First,
+    beside: Beside,
     behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
-) -> Written {
+) -> Result<Written, ConnectivityError> {
     let boundary =
         mesh.table.triangles().flat_map(|t| t.corners()).filter(|&c| mesh.table.opposite(c).is_none());
     let boundary = boundary.count() as u64;
@@ -73,15 +93,14 @@ fn write(
     let connectivity = edgebreaker::encode(&mesh.table, &mesh.roots, &mut coder);
     let walk = Walk::new(&mesh.table, &mesh.roots);
     let known = |v: Vertex| mesh.positions[v.index()].map(|x| x >> precision);
-    code_positions(&mesh.table, &walk, &mut coder, first, |v, _| known(v))
-        .expect("lattice coordinates are numbers of at most 24 bits");
+    code_positions(&mesh.table, &walk, &mut coder, first, beside, known)?;
     let before = coder.bits();
     let more = behind(&walk, &mut coder);
     let attributes = coder.bits() - before;
     payload.extend(coder.finish());
     // A symbol for each triangle, those of caps included.
     let work = (1 + WORK_A_TRIANGLE) * mesh.table.triangle_count() as u64 + boundary + more;
-    Written { payload, connectivity, attributes, work }
+    Ok(Written { payload, connectivity, attributes, work })
 }
 
 /// Reads a payload. Vertices are numbered in walk order. `behind` reads what comes behind the positions, of the mesh and this walk of it.
@@ -94,7 +113,24 @@ pub fn decode(
     budget: &mut Budget,
     behind: impl FnOnce(Behind, &mut Budget) -> Result<(), WholeError>,
 ) -> Result<ProgressiveMesh, ConnectivityError> {
-    read(payload, expected, OF_LEVEL, budget, behind)
+    read(payload, expected, OF_LEVEL, None, budget, behind)
+}
+
+/// Reads a mesh some of whose vertices are those of another one, as [`decode`] a level. `other` is where these are, in their order there.
+///
+/// # Errors
+/// As [`decode`].
+pub fn decode_beside(
+    payload: &[u8],
+    expected: Expected,
+    other: &[[i32; 3]],
+    budget: &mut Budget,
+    behind: impl FnOnce(Behind, &mut Budget) -> Result<(), WholeError>,
+) -> Result<ProgressiveMesh, ConnectivityError> {
+    let mut shared = Shared::new(other, budget)?;
+    let mesh = read(payload, expected, OF_LEVEL, Some(&mut shared), budget, behind);
+    budget.give_memory(Shared::bytes(other.len()), 1);
+    mesh
 }
 
 /// Reads a payload of components that are born, as [`decode`] one of a level.
@@ -107,7 +143,7 @@ pub fn decode_birth(
     budget: &mut Budget,
     behind: impl FnOnce(Behind, &mut Budget) -> Result<(), WholeError>,
 ) -> Result<ProgressiveMesh, ConnectivityError> {
-    read(payload, expected, OF_BIRTH, budget, behind)
+    read(payload, expected, OF_BIRTH, None, budget, behind)
 }
 
 /// A payload, read up to the end of its positions.
@@ -125,6 +161,7 @@ fn read(
     payload: &[u8],
     expected: Expected,
     first: First,
+    shared: Option<&mut Shared>,
     budget: &mut Budget,
     behind: impl FnOnce(Behind, &mut Budget) -> Result<(), WholeError>,
 ) -> Result<ProgressiveMesh, ConnectivityError> {
@@ -143,7 +180,8 @@ fn read(
     }
     let walk = Walk::new(&connectivity.table, &connectivity.roots);
     let mut mesh = renumbered(&connectivity.table, &connectivity.roots, &walk);
-    let cells = code_positions(&mesh.table, &walk, &mut coder, first, |_, _| [0; 3])?;
+    let beside = shared.map(|shared| (shared, &mut *budget));
+    let cells = code_positions(&mesh.table, &walk, &mut coder, first, beside, |_| [0; 3])?;
     for (place, cell) in mesh.positions.iter_mut().zip(cells) {
         if !expected.cells.hold(cell) {
             return Err(ConnectivityError::Mesh(format!("position {cell:?} is off the lattice")));
@@ -172,8 +210,9 @@ fn code_positions<C: BitCoder>(
     walk: &Walk,
     coder: &mut C,
     first: First,
-    known: impl Fn(Vertex, usize) -> [i32; 3],
-) -> Result<Vec<[i32; 3]>, CodingError> {
+    mut beside: Beside,
+    known: impl Fn(Vertex) -> [i32; 3],
+) -> Result<Vec<[i32; 3]>, ConnectivityError> {
     let mut cells = vec![[0i32; 3]; table.vertex_slots()];
     let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
     let mut models = vec![NumberModel::default(); 36];
@@ -186,15 +225,27 @@ fn code_positions<C: BitCoder>(
             }
             let across = table.opposite(c);
             let entered = corner == c && across.is_some() && seen[table.vertex(across).index()];
-            let (prediction, context) = if entered {
+            let truth = if C::ENCODES { known(v) } else { [0; 3] };
+            let (prediction, size) = if entered {
                 let [n, p, w] = [c.next(), c.prev(), across].map(|c| cells[table.vertex(c).index()]);
                 let size = (0..3).map(|k| n[k].abs_diff(p[k])).max().unwrap_or(0);
                 let prediction = std::array::from_fn(|k| n[k].wrapping_add(p[k]).wrapping_sub(w[k]));
-                (prediction, 33 - size.leading_zeros() as usize)
+                (prediction, Some(size))
             } else {
-                (last, of_first)
+                (last, None)
             };
-            let truth = if C::ENCODES { known(v, v.index()) } else { [0; 3] };
+            if let Some((shared, budget)) = &mut beside
+                && let Some(cell) = match size {
+                    Some(size) => shared.next(coder, prediction, size, truth, budget)?,
+                    None => shared.first(coder, truth)?,
+                }
+            {
+                cells[v.index()] = cell;
+                last = cell;
+                coder.check()?;
+                continue;
+            }
+            let context = size.map_or(of_first, |size| 33 - size.leading_zeros() as usize);
             let mut cell = [0; 3];
             for k in 0..3 {
                 let residual = models[context].signed(coder, || truth[k].wrapping_sub(prediction[k]))?;
@@ -223,6 +274,13 @@ fn renumbered(table: &CornerTable, roots: &Roots, walk: &Walk) -> ProgressiveMes
     let roots = Roots::new(&table, edges);
     ProgressiveMesh { positions: vec![[0; 3]; order.len()], table, roots }
 }
+
+/// What has vertices that may be this mesh's, too, and what looking for them takes.
+type Beside<'a, 'b, 'c> = Option<(&'a mut Shared<'b>, &'c mut Budget)>;
+
+/// Why a writer without another mesh cannot fail.
+#[cfg(feature = "encode")]
+const HOLDS: &str = "lattice coordinates are numbers of at most 24 bits";
 
 /// Contexts of the three vertices of a component's first triangle.
 type First = [usize; 3];

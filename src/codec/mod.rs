@@ -20,6 +20,7 @@ pub(crate) mod refinement;
 #[cfg(feature = "fuzzing")]
 pub mod refinement;
 pub mod residue;
+mod shared;
 mod vector;
 pub mod walk;
 pub mod whole;

@@ -28,6 +28,11 @@ impl<'a> Fields<'a> {
         self.rest.len()
     }
 
+    /// These.
+    pub fn left_bytes(&self) -> &'a [u8] {
+        self.rest
+    }
+
     /// One byte.
     pub fn u8(&mut self) -> Result<u8, FormatError> {
         self.fixed(|rest| rest.read_u8())

@@ -100,6 +100,9 @@ impl Start {
     /// Reads the header. Its checksum is that of the table.
     pub fn read(bytes: &[u8; Header::SIZE]) -> Result<Self, FormatError> {
         Self::check(bytes)?;
+        if bytes[11] == SET {
+            return Err(FormatError::new(11, "15.1", super::set::SetContents::NO_MESH));
+        }
         let [.., low, middle, high] = *bytes;
         Ok(Self { table_bytes: u32::from_le_bytes([low, middle, high, 0]), bytes: *bytes })
     }
@@ -151,6 +154,8 @@ impl Start {
 pub const MAGIC: [u8; 8] = *b"\x89UWM\r\n\x1A\n";
 /// The format version that this module reads and writes.
 pub const VERSION: u16 = 1;
+/// What stands for the set of models in a file that is a set of meshes (spec §15.1).
+pub(super) const SET: u8 = 2;
 /// Mark beside the number of attributes: that there are resources.
 const RESOURCES: u8 = 128;
 
@@ -186,7 +191,7 @@ mod tests {
             (8, &[2, 0], 8, "written by format version 2; this decoder reads version 1"),
             (8, &[0, 0], 8, "written by format version 0; this decoder reads version 1"),
             (10, &[33], 10, "a lifting of 33 64ths; allowed 0 to 32"),
-            (11, &[2], 11, "unknown set of models 2"),
+            (11, &[3], 11, "unknown set of models 3"),
             (12, &[65], 12, "65 attributes, allowed 64"),
             (12, &[128 + 127], 12, "127 attributes, allowed 64"),
         ];

@@ -18,6 +18,7 @@ mod parse;
 pub mod plan;
 mod resources;
 mod scene;
+mod set;
 mod table;
 #[cfg(test)]
 pub(crate) mod testing;
@@ -36,6 +37,9 @@ pub use resources::{ResourceEntry, ResourceKind};
 pub use scene::PackedScene;
 #[cfg(any(test, feature = "encode"))]
 pub use scene::packed_scene;
+#[cfg(any(test, feature = "encode"))]
+pub use set::write_set;
+pub use set::{Member, SetContents, parse_set};
 pub use want::{Measure, Want};
 #[cfg(any(test, feature = "encode"))]
 pub use write::FileBuilder;

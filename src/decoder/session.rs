@@ -40,6 +40,8 @@ pub struct Session {
     pub metadata: Option<Metadata>,
     pub resources: Resources,
     pub operations: u64,
+    /// Where the vertices of the mesh are that a member of a set leans on.
+    pub other: Option<Arc<[[i32; 3]]>>,
     attributes: Attributes,
     /// The models of what operations do to attributes, in this segment.
     refined: Option<Box<RefinedModels>>,
@@ -82,6 +84,7 @@ impl Session {
             metadata: None,
             resources: Resources::default(),
             operations: 0,
+            other: None,
             attributes: Attributes::default(),
             refined: None,
             budget: Budget::new(options.limits),
@@ -302,9 +305,14 @@ impl Session {
             let Behind { mesh, walk, coder } = behind;
             attributes.bear(Ground { mesh, walk, born: &born }, coder, &Nothing, budget)
         };
-        let mesh = keyframe::decode(payload, expected, &mut self.budget, behind).map_err(|e| match e {
+        let budget = &mut self.budget;
+        let (mesh, section) = match &self.other {
+            Some(other) => (keyframe::decode_beside(payload, expected, other, budget, behind), "15.2"),
+            None => (keyframe::decode(payload, expected, budget, behind), "7"),
+        };
+        let mesh = mesh.map_err(|e| match e {
             ConnectivityError::Limit(limit) => limit,
-            other => FormatError::new(offset, "7", other.to_string()).into(),
+            other => FormatError::new(offset, section, other.to_string()).into(),
         })?;
         let held = self.bytes_of(mesh.room());
         self.budget.hold(&mut self.mesh_held, held)?;

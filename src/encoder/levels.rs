@@ -5,6 +5,7 @@ use super::places::Places;
 use super::work::Work;
 use super::{Options, Report};
 use crate::codec::answers::LevelAnswers;
+use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Written};
 use crate::codec::precision::PrecisionPass;
 use crate::codec::refinement::{LevelPass, SegmentModels};
@@ -12,7 +13,7 @@ use crate::codec::walk::Walk;
 use crate::container::{AtomKind, AttributeError, FileBuilder};
 use crate::entropy::RangeEncoder;
 use crate::error::Result;
-use crate::limits::{WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION};
+use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION};
 use crate::refine::{Birth, ProgressiveMesh, Roots};
 use crate::simplify::Simplified;
 
@@ -53,24 +54,32 @@ pub struct Levels<'a> {
 }
 
 impl<'a> Levels<'a> {
-    /// Sets out from the base; vertices keep the numbers of the input.
+    /// Sets out from the base; vertices keep the numbers of the input. Some of the base's are those of `other`, if that is given.
+    ///
+    /// # Errors
+    /// [`Error::Limit`](crate::Error::Limit) where it takes too long to look for them.
     pub fn new(
         base: ProgressiveMesh,
         simplified: &'a Simplified,
         places: &'a Places,
         options: &'a Options,
         mut alive: Option<Alive<'a>>,
-    ) -> Self {
+        other: Option<&[[i32; 3]]>,
+    ) -> Result<Self> {
         let base_level = simplified.history.level_count();
         let history = &simplified.history;
         let born = |j: usize| history.birth(j).map_or(0, |birth| birth.vertices.len());
         let later = history.operations().len() + (0..base_level).map(born).sum::<usize>();
         let counts =
             vec![((base.positions.len() - later) as u32, base.table.triangle_count() as u32); base_level + 1];
-        let written = keyframe::encode(&base, places.cells(base_level).precision, |walk, coder| {
+        let behind = |walk: &Walk, coder: &mut RangeEncoder| {
             alive.as_mut().map_or(0, |alive| alive.base(&base, walk, coder))
-        });
-        Self {
+        };
+        let written = match other {
+            None => keyframe::encode(&base, places.cells(base_level).precision, behind),
+            Some(other) => beside(&base, other, behind)?,
+        };
+        Ok(Self {
             mesh: base,
             simplified,
             places,
@@ -85,7 +94,7 @@ impl<'a> Levels<'a> {
             birth_bits: 0.0,
             connectivity_bits: 0.0,
             position_bits: 0.0,
-        }
+        })
     }
 
     /// Writes all levels. `progress` is called with the vertices done and to do.
@@ -308,6 +317,21 @@ impl<'a> Levels<'a> {
         self.mesh.join(&part.table, &part.roots, |v| birth.name(v));
         self.pass = None;
     }
+}
+
+/// The base with the vertices of another mesh, unless a decoder would refuse that for its work.
+fn beside(
+    base: &ProgressiveMesh,
+    other: &[[i32; 3]],
+    behind: impl FnOnce(&Walk, &mut RangeEncoder) -> u64,
+) -> Result<Written> {
+    let mut budget = Budget::by_bytes();
+    // It may take less than a byte a vertex, but seldom as little as that of work.
+    budget.receive(base.positions.len());
+    keyframe::encode_beside(base, other, &mut budget, behind).map_err(|e| match e {
+        ConnectivityError::Limit(limit) => limit,
+        other => crate::Error::Parameter(other.to_string()),
+    })
 }
 
 /// How many times as many bytes an atom has before it.

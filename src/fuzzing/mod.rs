@@ -20,6 +20,8 @@ mod resources;
 mod scenes;
 #[cfg(feature = "encode")]
 mod seeds;
+#[cfg(feature = "encode")]
+mod sets;
 
 #[cfg(feature = "encode")]
 pub use codec::{fuzz_exact, fuzz_keyframe, fuzz_refinement, fuzz_residue};
@@ -36,3 +38,5 @@ pub use formats::fuzz_formats;
 pub use resources::fuzz_resources;
 #[cfg(feature = "formats")]
 pub use scenes::fuzz_scenes;
+#[cfg(feature = "encode")]
+pub use sets::fuzz_sets;

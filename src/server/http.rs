@@ -230,14 +230,14 @@ async fn answer(
         let all = Slice { atoms: 0..0, bytes: 0..object.version.bytes, level: 0 };
         return send(app, request, &object, headers, &all).await;
     }
+    if target == Target::Levels {
+        let text = app.library.levels(name, &object).await?;
+        return Ok((headers, [(header::CONTENT_TYPE, "application/json")], text).into_response());
+    }
     let contents = app.library.contents(name, &object).await?;
     let slice = match target {
-        Target::Refine => decide::refine(&contents, query)?,
         Target::Keyframe(level) => decide::keyframe(&contents, level)?,
-        Target::Levels | Target::File => {
-            let text = app.library.levels(name, &object).await?;
-            return Ok((headers, [(header::CONTENT_TYPE, "application/json")], text).into_response());
-        }
+        _ => decide::refine(&contents, query)?,
     };
     decide::check_extent(&contents, &slice, object.version.bytes)?;
     let mut headers = headers;

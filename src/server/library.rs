@@ -6,8 +6,9 @@ use bytes::Bytes;
 use lru::LruCache;
 use tokio::sync::Semaphore;
 
+use super::sets;
 use super::tables::Table;
-use crate::container::{Atom, AttributeError, Contents, Level, Parsed, Parser};
+use crate::container::{Atom, AttributeError, Contents, Level, Parsed, Parser, SetContents};
 use crate::error::FormatError;
 use crate::store::{Fault, Object};
 
@@ -61,12 +62,18 @@ impl Library {
         self.kept(name, object).await.map(|kept| kept.contents)
     }
 
-    /// The levels of a version as JSON (spec §12.3).
+    /// The levels of a version, or the members of a set, as JSON (spec §12.3).
     ///
     /// # Errors
     /// [`Unreadable`].
     pub async fn levels(&self, name: &str, object: &Object) -> Result<Bytes, Unreadable> {
-        let mut kept = self.kept(name, object).await?;
+        let mut kept = match self.kept(name, object).await {
+            Err(Unreadable::Format(fault)) if SetContents::is_fault_of_set(&fault) => {
+                let _turn = self.reading.acquire().await;
+                return sets::members(name, object).await.map(Bytes::from);
+            }
+            kept => kept?,
+        };
         if kept.text.is_empty() {
             kept.text = Table::new(name.to_owned(), &object.version, &kept.contents).text().into();
             self.keep(name, kept.clone());

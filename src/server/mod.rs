@@ -13,6 +13,7 @@ mod metrics;
 mod packing;
 mod page;
 mod seats;
+mod sets;
 mod tables;
 mod watched;
 

@@ -14,6 +14,7 @@ mod foreign;
 mod inputs;
 mod measure;
 mod serve;
+mod sets;
 mod simplify;
 mod verify;
 mod view;

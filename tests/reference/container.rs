@@ -70,6 +70,18 @@ pub struct Atom {
 
 impl File {
     pub fn read(bytes: &[u8]) -> Result<Self> {
+        let (mut file, rest) = Self::head(bytes)?;
+        let mut fields = Fields(rest);
+        for atom in &mut file.atoms {
+            atom.bytes = fields.take(atom.length)?.to_vec();
+            demand(checksum(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
+        }
+        demand(fields.0.is_empty(), "3.1: trailing bytes")?;
+        Ok(file)
+    }
+
+    /// Header and table of contents, and the bytes behind them.
+    pub fn head(bytes: &[u8]) -> Result<(Self, &[u8])> {
         let mut fields = Fields(bytes);
         demand(fields.take(8)? == b"\x89UWM\r\n\x1A\n", "3.2: magic")?;
         demand(fields.u16()? == 1, "3.2: version")?;
@@ -103,13 +115,8 @@ impl File {
         demand(!valued || !attributes.is_empty(), "3.3: values without attributes")?;
         demand(valued || n == 1 || !births.contains(&0), "3.3: attributes without values")?;
         demand(atoms.len() <= 1 << 20, "3.6: number of atoms")?;
-        for atom in &mut atoms {
-            atom.bytes = fields.take(atom.length)?.to_vec();
-            demand(checksum(&atom.bytes) == atom.sum, "3.4: checksum of an atom")?;
-        }
-        demand(fields.0.is_empty(), "3.1: trailing bytes")?;
         let rich_models = models == 1;
-        Ok(Self {
+        let file = Self {
             origin,
             step,
             bits,
@@ -121,7 +128,8 @@ impl File {
             levels,
             attribute_errors,
             atoms,
-        })
+        };
+        Ok((file, fields.0))
     }
 
     /// Of a level.

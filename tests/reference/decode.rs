@@ -16,6 +16,11 @@ pub type See<'a> = &'a mut dyn FnMut(usize, &Mesh, &Attributes);
 /// Decodes from the base or the keyframe of level `start` to the whole of level 0. Each level is shown to `see`, the last without what is
 /// born there.
 pub fn decode(file: &File, start: usize, see: See) -> Result<Whole> {
+    decode_beside(file, start, None, see)
+}
+
+/// The same of a member of a set that stands beside another mesh, whose vertices these are (§15.2).
+pub fn decode_beside(file: &File, start: usize, other: Option<&[[i64; 3]]>, see: See) -> Result<Whole> {
     let shift = |j: usize| file.levels[j].shift;
     let kind = if start == file.levels.len() - 1 { BASE } else { KEYFRAME };
     let mut values = Attributes::of(file);
@@ -23,7 +28,11 @@ pub fn decode(file: &File, start: usize, see: See) -> Result<Whole> {
     let told = values.born(|birth| birth >= start.max(1) as u64);
     let mut behind = |code: &mut Code, mesh: &Mesh| values.pass(code, mesh, &told);
     let payload = file.payload(kind, start);
-    let mut mesh = keyframe::read_with(&payload, file.levels[start], file.scale(start), &mut behind)?;
+    let (level, scale) = (file.levels[start], file.scale(start));
+    let mut mesh = match other {
+        Some(other) => keyframe::read_beside(&payload, level, scale, other, &mut behind)?,
+        None => keyframe::read_with(&payload, level, scale, &mut behind)?,
+    };
     let mut models = Models::fresh(file.rich_models);
     see(start, &mesh, &values);
     for j in (0..start).rev() {

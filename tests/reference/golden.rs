@@ -22,7 +22,7 @@ pub fn load(name: &str) -> Vec<u8> {
     std::fs::read(path(name)).expect("the golden files are part of the repository")
 }
 
-fn path(name: &str) -> PathBuf {
+pub fn path(name: &str) -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/golden").join(name)
 }
 
@@ -170,7 +170,7 @@ fn washed() -> IndexedMesh {
 
 /// A ball and a triangle that it has twice: texture coordinates with a seam, normals, colours at corners, a part for each triangle, and
 /// a number that not all corners have.
-fn painted() -> IndexedMesh {
+pub fn painted() -> IndexedMesh {
     let mut mesh = snapped(shapes::sphere(1));
     mesh.triangles.push(mesh.triangles[4]);
     let (mut uv, mut normals, mut colours, mut numbers) = (vec![], vec![], vec![], vec![]);
@@ -248,7 +248,7 @@ pub fn components() -> IndexedMesh {
 }
 
 /// A mesh whose coordinates do not hang on the last bits of sines and cosines.
-fn snapped(mut mesh: IndexedMesh) -> IndexedMesh {
+pub fn snapped(mut mesh: IndexedMesh) -> IndexedMesh {
     for x in mesh.positions.iter_mut().flatten() {
         *x = (*x * 1024.0).round() / 1024.0;
     }
@@ -264,7 +264,7 @@ fn decimal(mut mesh: IndexedMesh) -> IndexedMesh {
 }
 
 /// All but the metadata, which name the version of the program, and what follows from their length.
-fn essence(bytes: &[u8]) -> Draft {
+pub fn essence(bytes: &[u8]) -> Draft {
     let mut draft = Draft::of(bytes);
     draft.atoms.retain(|a| a.kind != METADATA);
     draft

@@ -6,6 +6,7 @@ use super::connectivity::{self, Gluing, next, prev};
 use super::container::{Fields, Level, Result, demand};
 use super::entropy::{Code, Model, Number};
 use super::lifting::Scale;
+use super::other::Other;
 use super::refinement::{bit_length, from_cell};
 use super::walk::{Mesh, Walk};
 
@@ -16,12 +17,23 @@ pub fn read(payload: &[u8], level: Level, scale: Scale) -> Result<Mesh> {
 
 /// The same, with what reads the values behind the positions (§13).
 pub fn read_with(payload: &[u8], level: Level, scale: Scale, behind: Behind) -> Result<Mesh> {
-    read_payload(payload, level, scale, [0; 3], behind)
+    read_payload(payload, level, scale, [0; 3], behind, None)
+}
+
+/// §15.2: the same beside another mesh, whose vertices these are in the order of its walk.
+pub fn read_beside(
+    payload: &[u8],
+    level: Level,
+    scale: Scale,
+    other: &[[i64; 3]],
+    behind: Behind,
+) -> Result<Mesh> {
+    read_payload(payload, level, scale, [0; 3], behind, Some(Other::fresh(other)))
 }
 
 /// §7.4: components that are born.
 pub fn read_birth(payload: &[u8], level: Level, scale: Scale, behind: Behind) -> Result<Mesh> {
-    read_payload(payload, level, scale, [0, 34, 35], behind)
+    read_payload(payload, level, scale, [0, 34, 35], behind, None)
 }
 
 /// Reads on, of this mesh.
@@ -43,11 +55,12 @@ fn read_payload(
     scale: Scale,
     first: [usize; 3],
     behind: Behind,
+    other: Option<Other>,
 ) -> Result<Mesh> {
     let mut fields = Fields(payload);
     let boundary = fields.varint()?;
     let mut code = Code::start(fields.0);
-    let mesh = read_code(&mut code, boundary, level, scale, first)?;
+    let mesh = read_code_beside(&mut code, boundary, level, scale, first, other)?;
     behind(&mut code, &mesh)?;
     code.end()?;
     Ok(mesh)
@@ -61,6 +74,17 @@ pub fn read_code(
     scale: Scale,
     first: [usize; 3],
 ) -> Result<Mesh> {
+    read_code_beside(code, boundary, level, scale, first, None)
+}
+
+fn read_code_beside(
+    code: &mut Code,
+    boundary: u64,
+    level: Level,
+    scale: Scale,
+    first: [usize; 3],
+    other: Option<Other>,
+) -> Result<Mesh> {
     demand(boundary <= 3 * level.triangles, "7: boundary edges")?;
     let count = level.triangles + boundary;
     demand(count < 1 << 30, "7: triangles and caps")?;
@@ -69,7 +93,7 @@ pub fn read_code(
     let caps = read_caps(code, &gluing, &fans, boundary)?;
     let mut mesh = open(&gluing, &fans, &caps, boundary)?;
     demand(mesh.component.len() as u64 == level.vertices, "7.1.1: number of vertices")?;
-    mesh.points = read_positions(code, &mesh, scale, first)?;
+    mesh.points = read_positions(code, &mesh, scale, first, other)?;
     Ok(mesh)
 }
 
@@ -201,7 +225,13 @@ fn check_fans(mesh: &Mesh) -> Result<()> {
 }
 
 /// §7.2: lattice points, by vertex.
-fn read_positions(code: &mut Code, mesh: &Mesh, scale: Scale, first: [usize; 3]) -> Result<Vec<[i64; 3]>> {
+fn read_positions(
+    code: &mut Code,
+    mesh: &Mesh,
+    scale: Scale,
+    first: [usize; 3],
+    mut other: Option<Other>,
+) -> Result<Vec<[i64; 3]>> {
     let mut models = vec![Number::FRESH; 36];
     let mut cells: Vec<Option<[i64; 3]>> = vec![None; mesh.component.len()];
     let mut previous = [0; 3];
@@ -212,13 +242,22 @@ fn read_positions(code: &mut Code, mesh: &Mesh, scale: Scale, first: [usize; 3])
                 continue;
             }
             let beyond = mesh.opposite(c).and_then(|o| cells[mesh.tip(o)]);
-            let (prediction, context) = match (cells[c.0], cells[c.1], beyond) {
+            let (prediction, size, context) = match (cells[c.0], cells[c.1], beyond) {
                 (Some(a), Some(b), Some(w)) if v == tip => {
                     let m = (0..3).map(|k| (a[k] - b[k]).abs()).max().unwrap_or(0);
-                    ([0, 1, 2].map(|k| a[k] + b[k] - w[k]), 1 + bit_length(m))
+                    ([0, 1, 2].map(|k| a[k] + b[k] - w[k]), Some(m), 1 + bit_length(m))
                 }
-                _ => (previous, of_first),
+                _ => (previous, None, of_first),
             };
+            let shared = match &mut other {
+                Some(other) => other.cell(code, prediction, size)?,
+                None => None,
+            };
+            if let Some(cell) = shared {
+                cells[v] = Some(cell);
+                previous = cell;
+                continue;
+            }
             let mut cell = prediction;
             for x in &mut cell {
                 *x += code.signed(&mut models[context])?;

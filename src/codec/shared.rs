@@ -182,7 +182,7 @@ fn interleaved(place: [i32; 3]) -> u128 {
 
 /// Twelve bits, each with two free ones before it.
 fn spread(mut x: u64) -> u64 {
-    x = (x | x << 16) & 0xFF_0000_FF;
+    x = (x | x << 16) & 0xFF00_00FF;
     x = (x | x << 8) & 0x00F0_0F00_F00F;
     x = (x | x << 4) & 0x0C30_C30C_30C3;
     (x | x << 2) & 0x2492_4924_9249

@@ -20,11 +20,11 @@ fn triangles(mesh: &IndexedMesh) -> BTreeMap<[[u64; 3]; 3], usize> {
 fn chain(folder: &Folder) -> [IndexedMesh; 3] {
     let mut fine = shapes::torus(12, 10);
     for x in fine.positions.iter_mut().flatten() {
-        *x = (*x * 64.0).round() / 64.0;
+        *x = (*x * 16.0).round() / 16.0;
     }
     // The box is 255 steps long.
-    fine.positions[0] = [-2.0, -2.0, -2.0];
-    fine.positions[1] = [255.0 / 64.0 - 2.0, 0.0, 0.0];
+    fine.positions[0] = [-5.0, -5.0, -5.0];
+    fine.positions[1] = [255.0 / 16.0 - 5.0, 0.0, 0.0];
     let part = |count: usize| IndexedMesh::new(fine.positions.clone(), fine.triangles[..count].to_vec());
     let mut coarse = part(70);
     coarse.triangles.push(coarse.triangles[3]);
@@ -104,10 +104,15 @@ fn chains_of_levels() {
     // A history has all levels between: an ordinary file.
     folder.run("lod m.ply -o plain.uwm --method stellar -q").succeeded();
     assert!(folder.info("plain.uwm")["levels"].as_array().unwrap().len() > 3);
-    folder
-        .run("unpack plain.uwm -o out")
-        .failed(2, "plain.uwm is no set of meshes; decode --all-levels writes its levels");
-    folder.run("lod m.ply -o m.obj").failed(2, "m.obj: the name of a folder is wanted, or of a .uwm file");
+    let misused = |command: &str, what: &str| {
+        let run = folder.run(command);
+        assert!(run.code == 2 && run.err.starts_with(&format!("error: {what}\n")), "{}", run.err);
+    };
+    misused(
+        "unpack plain.uwm -o out",
+        "plain.uwm is no set of meshes; decode --all-levels writes its levels",
+    );
+    misused("lod m.ply -o m.obj", "m.obj: the name of a folder is wanted, or of a .uwm file");
 }
 
 #[test]
@@ -135,5 +140,5 @@ fn sets_at_fault() {
     folder.write("broken.uwm", &broken);
     folder
         .run("info broken.uwm")
-        .failed(1, "broken.uwm: byte 0: header and table of the set do not match their checksum (spec 3.4)");
+        .failed(1, "broken.uwm: byte 0: header and table of the set do not match their checksum (spec §3.4)");
 }

@@ -7,6 +7,7 @@ mod clients;
 mod described;
 mod lists;
 mod refine;
+mod sets;
 mod stores;
 
 use std::collections::HashMap;

@@ -2,6 +2,7 @@
 //!
 //! What stands in the table for each member, with what all of them share, is the table of contents of a file of its own with one level.
 
+#[cfg(any(test, feature = "encode"))]
 use std::io::Write;
 use std::ops::Range;
 use std::sync::Arc;

@@ -72,6 +72,9 @@ fn atom_bytes(head: &[u8]) -> Result<usize> {
     File::head(head).map(|(file, _)| file.atoms.iter().map(|atom| atom.length).sum())
 }
 
+/// Where the vertices of a member are, as the reference has them and as the crate has.
+type BothPlaces = (Vec<[i64; 3]>, Arc<[[i32; 3]]>);
+
 /// Where the vertices of a mesh are, in the order of its walk.
 fn places(mesh: &Mesh) -> Vec<[i64; 3]> {
     Walk::of(mesh).vertices(mesh).into_iter().map(|v| mesh.points[v]).collect()
@@ -82,7 +85,7 @@ fn agree_on(bytes: &[u8], inputs: &[IndexedMesh]) {
     let set = parse_set(bytes).unwrap().unwrap();
     let (finest_first, members) = read_set(bytes).unwrap();
     assert_eq!((finest_first, members.len()), (set.finest_first, inputs.len()));
-    let mut other: Option<(Vec<[i64; 3]>, Arc<[[i32; 3]]>)> = None;
+    let mut other: Option<BothPlaces> = None;
     for (number, member) in set.in_file_order().into_iter().zip(&members) {
         let theirs = &set.members[number as usize];
         assert_eq!(member.beside, theirs.leans);

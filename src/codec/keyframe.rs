@@ -51,7 +51,7 @@ pub fn encode(
 /// Writes a mesh some of whose vertices are those of another one (spec §15.2), as [`encode`] a level of shift 0.
 ///
 /// # Errors
-/// [`ConnectivityError::Limit`] where that takes too much of the budget.
+/// An error of the connectivity, a limit, where that takes too much of the budget.
 #[cfg(feature = "encode")]
 pub fn encode_beside(
     mesh: &ProgressiveMesh,

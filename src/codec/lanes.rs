@@ -67,6 +67,12 @@ mod x86 {
         max_m128(a, b)
     }
 
+    /// The smaller one, where both are numbers.
+    #[inline(always)]
+    pub fn min(a: Lanes, b: Lanes) -> Lanes {
+        min_m128(a, b)
+    }
+
     /// [`truncate`] of each.
     #[inline(always)]
     pub fn truncated(a: Lanes) -> [i32; 4] {
@@ -159,6 +165,11 @@ mod wasm {
     #[inline(always)]
     pub fn max(a: Lanes, b: Lanes) -> Lanes {
         f32x4_pmax(a, b)
+    }
+
+    #[inline(always)]
+    pub fn min(a: Lanes, b: Lanes) -> Lanes {
+        f32x4_pmin(a, b)
     }
 
     #[inline(always)]
@@ -259,6 +270,11 @@ mod portable {
     }
 
     #[inline(always)]
+    pub fn min(a: Lanes, b: Lanes) -> Lanes {
+        Lanes(from_fn(|i| if a.0[i] < b.0[i] { a.0[i] } else { b.0[i] }))
+    }
+
+    #[inline(always)]
     pub fn truncated(a: Lanes) -> [i32; 4] {
         a.0.map(|x| x as i32)
     }
@@ -311,6 +327,7 @@ mod tests {
             prop_assert!(same(div(a[1], of_floats([s; 4])), portable::div(b[1], portable::of_floats([s; 4]))));
             prop_assert!(same(sqrt(abs(a[2])), portable::sqrt(portable::abs(b[2]))));
             prop_assert!(same(max(a[2], a[3]), portable::max(b[2], b[3])));
+            prop_assert!(same(min(a[2], a[3]), portable::min(b[2], b[3])));
             prop_assert!(same(turned(a[3]), portable::turned(b[3])));
             for (x, y) in transposed(a).into_iter().zip(portable::transposed(b)) {
                 prop_assert!(same(x, y));

@@ -100,6 +100,12 @@ impl Four {
         Self(lanes::of_floats([x; 4]))
     }
 
+    /// The numbers next to four integers.
+    #[inline(always)]
+    pub fn of_integers(x: [i32; 4]) -> Self {
+        Self(lanes::of_integers(x))
+    }
+
     /// The numbers.
     #[inline(always)]
     pub fn floats(self) -> [f32; 4] {
@@ -128,6 +134,12 @@ impl Four {
     #[inline(always)]
     pub fn max(self, other: Self) -> Self {
         Self(lanes::max(self.0, other.0))
+    }
+
+    /// The smaller ones.
+    #[inline(always)]
+    pub fn min(self, other: Self) -> Self {
+        Self(lanes::min(self.0, other.0))
     }
 }
 

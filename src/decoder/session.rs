@@ -45,6 +45,7 @@ pub struct Session {
     attributes: Attributes,
     /// The models of what operations do to attributes, in this segment.
     refined: Option<Box<RefinedModels>>,
+    refined_held: usize,
     options: Options,
     budget: Budget,
     models: SegmentModels,
@@ -87,6 +88,7 @@ impl Session {
             other: None,
             attributes: Attributes::default(),
             refined: None,
+            refined_held: 0,
             budget: Budget::new(options.limits),
             models: SegmentModels::default(),
             pass: Pass::None(None),
@@ -409,6 +411,7 @@ impl Session {
         if contents.starts_segment(level) {
             self.models = self.models.afresh();
             self.refined = None;
+            self.budget.hold(&mut self.refined_held, 0)?;
         }
         let entry = &contents.levels[level as usize];
         if let Some(log) = &mut self.log {
@@ -680,6 +683,9 @@ impl Session {
             if !self.attributes.wedges.is_empty() {
                 let (v, carried) = (inserted.vertex, inserted.carried());
                 let (attributes, budget) = (&mut self.attributes, &mut self.budget);
+                if self.refined.is_none() {
+                    budget.hold(&mut self.refined_held, attributes.model_bytes())?;
+                }
                 let models = self.refined.get_or_insert_with(|| Box::new(attributes.models()));
                 let outcome =
                     attributes.refine(models, &self.mesh, v, &carried, &mut coder, &Nothing, budget);

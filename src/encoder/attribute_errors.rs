@@ -149,7 +149,7 @@ impl AttributeErrors {
             return Vec::new();
         }
         let mut found = vec![Vec::new(); told.len()];
-        let mut search = Search { level, round: Vec::new(), places: Vec::new() };
+        let mut search = Search { level, seen: Vec::new(), places: Vec::new() };
         for probe in self.probes.get(number).into_iter().flatten() {
             let Some(start) = triangle_of(&level.mesh.table, probe) else { continue };
             let first = self.points.partition_point(|point| point.vertex < probe.vertex);
@@ -193,8 +193,8 @@ fn triangle_of(table: &CornerTable, probe: &Probe) -> Option<Triangle> {
 /// Looks for the nearest points of a level; has room for them.
 struct Search<'a> {
     level: LevelMesh<'a>,
-    /// Triangles, and how far off they are, squared.
-    round: Vec<(Triangle, f64)>,
+    /// Triangles that have been looked at, and how far off they are, squared.
+    seen: Vec<(Triangle, f64)>,
     places: Vec<(Triangle, [f64; 3])>,
 }
 
@@ -202,20 +202,22 @@ impl Search<'_> {
     /// The nearest point; and those of triangles beyond a seam there that are hardly farther. The way begins at `start`, and goes on as long as a
     /// triangle is nearer.
     fn places(&mut self, p: DVec3, start: Triangle) -> &[(Triangle, [f64; 3])] {
-        let (mut at, mut squared) = (start, f64::INFINITY);
+        self.seen.clear();
+        let mut nearest = self.measure(p, start);
         for _ in 0..STEPS {
-            let (next, closer) = self.look_round(p, at);
-            let is_there = next == at || closer >= squared;
-            (at, squared) = if closer < squared { (next, closer) } else { (at, squared) };
-            if is_there {
+            let closer = self.look_round(p, nearest);
+            if closer.0 == nearest.0 {
                 break;
             }
+            nearest = closer;
         }
-        let Self { level, round, places } = self;
-        let most = squared.sqrt() + level.rms;
+        let Self { level, seen, places } = self;
+        let (at, most) = (nearest.0, nearest.1.sqrt() + level.rms);
         places.clear();
-        let near = round.iter().filter(|&&(_, squared)| squared <= most * most).map(|&(t, _)| t);
-        for t in std::iter::once(at).chain(near.filter(|&t| level.are_apart(at, t))) {
+        let near = seen.iter().filter(|&&(_, squared)| squared <= most * most).map(|&(t, _)| t);
+        for t in
+            std::iter::once(at).chain(near.filter(|&t| touch(level.mesh, at, t) && level.are_apart(at, t)))
+        {
             if places.iter().all(|&(other, _)| other != t) {
                 let [a, b, c] = corners(level.mesh, t);
                 places.push((t, shares_of_nearest(p, a, b, c)));
@@ -224,25 +226,51 @@ impl Search<'_> {
         places
     }
 
-    /// The nearest of a triangle and those that share a vertex with it, and how far off it is, squared. All of them are told.
-    fn look_round(&mut self, p: DVec3, t: Triangle) -> (Triangle, f64) {
-        let Self { level: LevelMesh { mesh, .. }, round, .. } = self;
-        let distance = |t: Triangle| {
-            let [a, b, c] = corners(mesh, t);
-            point_triangle_distance_squared(p, a, b, c)
-        };
-        let mut best = (t, distance(t));
-        round.clear();
-        round.push(best);
-        for v in mesh.table.triangle(t) {
-            for other in mesh.table.fan(v).take(FAN).map(|c| c.triangle()).filter(|&other| other != t) {
-                let found = (other, distance(other));
-                round.push(found);
-                best = if found.1 < best.1 { found } else { best };
+    /// The nearest of a triangle, of which it is known how far off it is, and those that share a vertex with it.
+    fn look_round(&mut self, p: DVec3, mut best: (Triangle, f64)) -> (Triangle, f64) {
+        let LevelMesh { mesh, rms, .. } = self.level;
+        let reach = |squared: f64| (squared.sqrt() + rms) * (squared.sqrt() + rms);
+        let mut most = reach(best.1);
+        for v in mesh.table.triangle(best.0) {
+            for other in mesh.table.fan(v).take(FAN).map(|c| c.triangle()) {
+                // None that has been seen is nearer; those of long ago may be measured again.
+                if self.seen.iter().rev().take(REMEMBERED).any(|&(seen, _)| seen == other) {
+                    continue;
+                }
+                // What lies too far off to count, whatever is nearest in the end, need not be measured.
+                if self.is_beyond(p, other, most) {
+                    self.seen.push((other, f64::INFINITY));
+                    continue;
+                }
+                let found = self.measure(p, other);
+                if found.1 < best.1 {
+                    best = found;
+                    most = reach(best.1);
+                }
             }
         }
         best
     }
+
+    /// Whether the box of a triangle is farther off than that, squared.
+    fn is_beyond(&self, p: DVec3, t: Triangle, squared: f64) -> bool {
+        let [a, b, c] = corners(self.level.mesh, t);
+        let off = (a.min(b).min(c) - p).max(p - a.max(b).max(c)).max(DVec3::ZERO);
+        off.length_squared() > squared
+    }
+
+    fn measure(&mut self, p: DVec3, t: Triangle) -> (Triangle, f64) {
+        let [a, b, c] = corners(self.level.mesh, t);
+        let found = (t, point_triangle_distance_squared(p, a, b, c));
+        self.seen.push(found);
+        found
+    }
+}
+
+/// Whether two triangles have a vertex in common.
+fn touch(mesh: &ProgressiveMesh, t: Triangle, other: Triangle) -> bool {
+    let round = mesh.table.triangle(other);
+    mesh.table.triangle(t).iter().any(|v| round.contains(v))
 }
 
 fn corners(mesh: &ProgressiveMesh, t: Triangle) -> [DVec3; 3] {
@@ -286,5 +314,7 @@ const SHARES: [f64; 3] = [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0];
 const MOST: f64 = 1e36;
 /// Triangles looked at round a vertex.
 const FAN: usize = 32;
+/// Triangles that are not measured again on the way.
+const REMEMBERED: usize = 48;
 /// Triangles on the way to the nearest.
 const STEPS: usize = 16;

@@ -29,6 +29,26 @@ pub fn ring_from(table: &CornerTable, v: Vertex, a: Vertex, corners: &mut Vec<Co
     }
 }
 
+/// The corners of the star of the vertex that an operation inserted, as [`ring`].
+#[inline]
+pub fn ring_of(table: &CornerTable, v: Vertex, operation: &Carried, corners: &mut Vec<Corner>) {
+    // Across a→b, (d, b, a) has become (d, b, v) and the new (d, v, a), which is the first then: flips leave the corner at a there.
+    match (operation.site, operation.star) {
+        (Site::Edge(a, _), &[_, first, ..]) if operation.created == 2 && table.vertex(first.next()) == a => {
+            corners.clear();
+            let mut at = first;
+            loop {
+                corners.push(at);
+                at = table.swing(at);
+                if at == first || at.is_none() {
+                    break;
+                }
+            }
+        }
+        (site, _) => ring(table, v, site, corners),
+    }
+}
+
 /// An operation as it was carried out, to the triangles that it has made and rewritten.
 #[derive(Clone, Copy, Debug)]
 pub struct Carried<'a> {
@@ -104,18 +124,26 @@ impl Wedges {
                 // (c, a, b) has become (c, a, v) and the new (c, v, b); the corners at v are given, and so across the edge.
                 for side in 0..operation.created {
                     let (new, old) = (star[side], star[operation.created + side]);
-                    let [c, _, b] = [old.next(), old.prev(), old].map(|c| self.of(c));
-                    let row = self.row(old.triangle());
-                    self.corners[new.triangle().index()][3] = row;
-                    self.set([(new.prev(), c), (new.next(), b), (new, Self::NONE), (old, Self::NONE)]);
+                    let was = &mut self.corners[old.triangle().index()];
+                    let mut made = [Self::NONE; 4];
+                    made[new.prev().place()] = was[old.next().place()];
+                    made[new.next().place()] = was[old.place()];
+                    made[3] = was[3];
+                    was[old.place()] = Self::NONE;
+                    self.corners[new.triangle().index()] = made;
                 }
                 let flipped = &star[2 * operation.created..];
                 for (&c, &other) in operation.flips.iter().zip(flipped) {
                     // (v, p, q) and (r, q, p) have become (v, p, r) and (v, r, q).
                     let o = other.next();
-                    let (p, r) = (self.of(o.prev()), self.of(o));
-                    self.set([(c.next(), p), (c.prev(), r), (other, Self::NONE), (c, Self::NONE)]);
-                    self.corners[c.triangle().index()][3] = self.row(o.triangle());
+                    let was = &mut self.corners[o.triangle().index()];
+                    let (p, r, row) = (was[o.prev().place()], was[o.place()], was[3]);
+                    was[other.place()] = Self::NONE;
+                    let made = &mut self.corners[c.triangle().index()];
+                    made[c.next().place()] = p;
+                    made[c.prev().place()] = r;
+                    made[c.place()] = Self::NONE;
+                    made[3] = row;
                 }
             }
             Site::Face(..) => {

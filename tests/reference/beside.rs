@@ -1,7 +1,7 @@
 //! Chapter 13.4: what is beside a wedge, and what it tells.
 
 use super::column::Place;
-use super::numbers::minus;
+use super::vector::{Vector, cross, dot};
 use super::walk::Edge;
 
 /// A wedge beside another one.
@@ -12,7 +12,7 @@ pub struct Beside {
     /// Its number; none where it is not known.
     pub wedge: Option<usize>,
     /// From the vertex of the other.
-    pub to: [f64; 3],
+    pub to: Vector,
 }
 
 /// The corners of a wedge that count.
@@ -24,12 +24,18 @@ pub fn position(at: &Place, c: Edge) -> [f64; 3] {
     at.mesh.points[at.mesh.tip(c)].map(|q| q as f64)
 }
 
+/// From the vertex of a corner to that of another one.
+pub fn between(at: &Place, from: Edge, to: Edge) -> Vector {
+    let [from, to] = [from, to].map(|c| at.mesh.points[at.mesh.tip(c)]);
+    Vector::between(from, to)
+}
+
 /// The list of those beside.
 pub fn beside(at: &Place) -> Vec<Beside> {
     let corners = counted(at);
     let of = |corner: Edge| {
         let wedge = at.of.get(&corner).copied();
-        Beside { corner, wedge, to: minus(position(at, corner), position(at, corners[0])) }
+        Beside { corner, wedge, to: between(at, corners[0], corner) }
     };
     let mut list: Vec<Beside> = vec![];
     for &c in corners {
@@ -60,28 +66,26 @@ pub fn known<'a>(at: &Place<'a>, list: &[Beside]) -> Vec<(Beside, &'a Vec<i32>)>
 }
 
 /// The share of each of these; none where they are too few.
-pub fn shares(to: &[[f64; 3]]) -> Option<Vec<f64>> {
+pub fn shares(to: &[Vector]) -> Option<Vec<f32>> {
     if to.len() < 3 {
         return None;
     }
-    let w: Vec<f64> = to.iter().map(|[x, y, z]| 1.0 / (((x * x + y * y) + z * z) + 1.0)).collect();
-    let sum = |f: &dyn Fn(usize) -> f64| (0..to.len()).fold(0.0, |sum, b| sum + f(b));
+    let w: Vec<f32> = to.iter().map(|&v| 1.0 / (dot(v, v) + 1.0)).collect();
+    let sum = |f: &dyn Fn(usize) -> f32| (0..to.len()).fold(0.0, |sum, b| sum + f(b));
     let whole = sum(&|b| w[b]);
-    let m = [0, 1, 2].map(|k| sum(&|b| w[b] * to[b][k]));
+    let m = [0, 1, 2].map(|k| sum(&|b| w[b] * to[b].0[k]));
     let over = 1.0 / whole;
-    let middle = m.map(|m| m * over);
-    let s = |i: usize, k: usize| sum(&|b| (w[b] * to[b][i]) * to[b][k]) - m[i] * middle[k];
+    let middle = Vector(m.map(|m| m * over));
+    let s = |i: usize, k: usize| sum(&|b| (w[b] * to[b].0[i]) * to[b].0[k]) - m[i] * middle.0[k];
     let (xx, xy, xz, yy, yz, zz) = (s(0, 0), s(0, 1), s(0, 2), s(1, 1), s(1, 2), s(2, 2));
-    let flat = ((xx + yy) + zz) / 256.0 + 2f64.powi(-20);
-    let (xx, yy, zz) = (xx + flat, yy + flat, zz + flat);
-    let rows = [
-        [yy * zz - yz * yz, yz * xz - xy * zz, xy * yz - xz * yy],
-        [yz * xz - xy * zz, xx * zz - xz * xz, xy * xz - xx * yz],
-        [xy * yz - xz * yy, xy * xz - xx * yz, xx * yy - xy * xy],
-    ];
-    let over_all = 1.0 / ((xx * rows[0][0] + xy * rows[0][1]) + xz * rows[0][2]);
-    let times = |a: [f64; 3], b: [f64; 3]| (a[0] * b[0] + a[1] * b[1]) + a[2] * b[2];
-    let slope = rows.map(|row| times(row, middle) * over_all);
-    let constant = over + times(slope, middle);
-    Some((0..to.len()).map(|b| w[b] * (constant - times(slope, to[b]))).collect())
+    let flat = ((xx + yy) + zz) / 256.0 + 1.0 / 65_536.0;
+    let x = Vector([xx + flat, xy, xz]);
+    let y = Vector([xy, yy + flat, yz]);
+    let z = Vector([xz, yz, zz + flat]);
+    // The products of A are those of cross products of its rows.
+    let rows = [cross(y, z), cross(z, x), cross(x, y)];
+    let over_all = 1.0 / dot(x, rows[0]);
+    let slope = Vector(rows.map(|row| dot(row, middle) * over_all));
+    let constant = over + dot(slope, middle);
+    Some((0..to.len()).map(|b| w[b] * (constant - dot(slope, to[b]))).collect())
 }

@@ -3,12 +3,13 @@
 use std::collections::BTreeMap;
 
 use super::attribute::Attribute;
-use super::beside::{Beside, beside, counted, known, position, shares};
+use super::beside::{Beside, beside, between, counted, known, position, shares};
 use super::column::Place;
 use super::container::{Result, demand};
 use super::entropy::{Code, Model};
 use super::numbers::{cross, dot, integers, minus, radius, raw32, raw64, unfold};
 use super::residual::{Neighbours, Recalled, Residual, bits};
+use super::vector::{self, Vector, floor};
 
 const NORMALS: u8 = 0;
 const COORDINATES: u8 = 2;
@@ -18,7 +19,7 @@ pub struct Values {
     residuals: Vec<Residual>,
     recalled: Option<Recalled>,
     neighbours: Option<Neighbours>,
-    costs: [i64; 5],
+    costs: [i64; 3],
     /// How many values have had several ways.
     turn: u64,
     constant: bool,
@@ -46,7 +47,7 @@ impl Values {
             residuals: (0..n).map(|_| Residual::fresh()).collect(),
             recalled: (is_at_corners && about.semantic == 3).then(Recalled::fresh),
             neighbours: (is_at_corners && about.quantisation == 0).then(Neighbours::fresh),
-            costs: [0; 5],
+            costs: [0; 3],
             turn: 0,
             constant: true,
             again: Model::FRESH,
@@ -82,7 +83,7 @@ impl Values {
         let near: Vec<&Vec<u32>> = beside.iter().filter_map(|b| self.lengths.get(&b.wedge?)).collect();
         let round: Vec<usize> = (0..n)
             .map(|k| {
-                let sum: usize = near.iter().map(|lengths| lengths[k] as usize).sum();
+                let sum: usize = near.iter().map(|lengths| lengths[k].min(31) as usize).sum();
                 (2 * sum + near.len() / 2).checked_div(near.len()).unwrap_or(39).min(39)
             })
             .collect();
@@ -145,17 +146,36 @@ impl Values {
         let known = known(at, beside);
         let near = known.first().map(|(_, value)| *value).or(p).unwrap_or(&self.last).clone();
         let mut guess = Expected { ways: vec![near], sources: 0, spread: vec![0; integers(about)] };
-        let to: Vec<[f64; 3]> = known.iter().map(|(b, _)| b.to).collect();
+        let to: Vec<Vector> = known.iter().map(|(b, _)| b.to).collect();
         let shares = shares(&to);
         let known: Vec<&Vec<i32>> = known.into_iter().map(|(_, value)| value).collect();
         match (about.semantic, shares) {
             (4 | 6, _) => guess,
             (NORMALS, shares) if about.quantisation >= 2 => normals(at, about, guess, &known, shares),
+            (_, Some(shares)) if about.quantisation < 3 && integers(about) <= 4 => {
+                guess.sources = 2;
+                for k in 0..integers(about) {
+                    let first = guess.ways[0][k];
+                    let off: Vec<f32> =
+                        known.iter().map(|value| value[k].wrapping_sub(first) as f32).collect();
+                    let x = off.iter().zip(&shares).fold(0.0, |sum, (x, share)| sum + x * share) + 0.5;
+                    if x.abs() < 2f32.powi(30) {
+                        guess.ways[0][k] = first.wrapping_add(floor(x) as i32);
+                    }
+                    let least = off.iter().copied().fold(f32::INFINITY, f32::min);
+                    let largest = off.iter().copied().fold(f32::NEG_INFINITY, f32::max);
+                    guess.spread[k] = floor((largest - least) / 8.0) as u32;
+                }
+                guess
+            }
             (_, Some(shares)) => {
                 guess.sources = 2;
                 let numbers: Vec<Vec<f64>> = known.iter().map(|value| components_of(about, value)).collect();
                 for k in 0..numbers[0].len() {
-                    let sum = numbers.iter().zip(&shares).fold(0.0, |sum, (x, share)| sum + x[k] * share);
+                    let sum = numbers
+                        .iter()
+                        .zip(&shares)
+                        .fold(0.0, |sum, (x, &share)| sum + x[k] * f64::from(share));
                     round(about, &mut guess.ways[0], k, sum);
                     let all = || numbers.iter().map(|x| x[k]);
                     let (least, largest) =
@@ -274,52 +294,45 @@ fn normals(
     about: &Attribute,
     mut guess: Expected,
     known: &[&Vec<i32>],
-    shares: Option<Vec<f64>>,
+    shares: Option<Vec<f32>>,
 ) -> Expected {
-    let sum = |[x, y, z]: [f64; 3]| (x.abs() + y.abs()) + z.abs();
-    let mut whole = 0.0;
-    let mut s = [[0.0; 3]; 5];
+    let mut own = Vector([0.0; 3]);
     for &c in counted(at) {
-        let here = position(at, c);
-        let x = minus(position(at, at.mesh.next(c)), here);
-        let y = minus(position(at, at.mesh.prev(c)), here);
-        let z = cross(x, y);
-        let l = dot(z, z).sqrt();
-        whole += l;
-        s[0] = [0, 1, 2].map(|k| s[0][k] + z[k]);
+        let [x, y] = [at.mesh.next(c), at.mesh.prev(c)].map(|end| between(at, c, end));
+        let z = vector::cross(x, y);
+        let l = vector::dot(z, z).sqrt();
         if l > 0.0 {
-            for (way, weight) in [(1, 1.0 / (dot(x, x) * dot(y, y))), (2, angle(l, dot(x, y)) / l)] {
-                s[way] = [0, 1, 2].map(|k| s[way][k] + z[k] * weight);
-            }
+            own = own + z * (angle(l, vector::dot(x, y)) / l);
         }
     }
-    let length = dot(s[0], s[0]).sqrt();
-    if length == 0.0 {
-        return guess;
-    }
-    guess.sources = counted(at).len();
-    guess.spread.fill((1024.0 * ((whole - length) / whole).max(0.0).sqrt()).floor() as u32);
+    let Some(own) = unit(own) else { return guess };
+    let mut near = Vector([0.0; 3]);
     for (b, value) in known.iter().enumerate() {
         let x = match about.quantisation {
             2 => unfold(value[0].into(), value[1].into(), radius(about)).to_vec(),
             _ => components_of(about, value),
         };
-        let share = shares.as_ref().map_or(1.0, |shares| shares[b]);
-        s[3] = [0, 1, 2].map(|k| s[3][k] + x[k] * share);
+        near =
+            near + Vector([0, 1, 2].map(|k| x[k] as f32)) * shares.as_ref().map_or(1.0, |shares| shares[b]);
     }
-    if sum(s[3]) > 0.0 && sum(s[3]).is_finite() {
-        s[4] = [0, 1, 2].map(|k| s[0][k] / sum(s[0]) + s[3][k] * (1.0 / sum(s[3])));
-    }
-    let count = if sum(s[4]) > 0.0 { 5 } else { 3 };
-    let near = guess.ways.remove(0);
-    for s in &s[..count] {
-        let mut way = near.clone();
+    let both = unit(near).map(|near| (near, own + near)).filter(|&(_, both)| sum(both) > 0.0);
+    let start = guess.ways.remove(0);
+    let ways = match both {
+        Some((near, both)) => {
+            guess.spread.fill(floor(4096.0 * sum(own - near)) as u32);
+            vec![both, near, own]
+        }
+        None => vec![own],
+    };
+    guess.sources = if ways.len() > 1 { 2 } else { 1 };
+    for v in ways {
+        let mut way = start.clone();
         if about.quantisation == 2 {
-            way[..2].copy_from_slice(&rounded(*s, radius(about)));
+            way[..2].copy_from_slice(&rounded(v, radius(about)));
         } else {
-            let length = dot(*s, *s).sqrt();
-            for (k, x) in s.iter().enumerate().take(about.components) {
-                round(about, &mut way, k, x / length);
+            let length = vector::dot(v, v).sqrt();
+            for (k, x) in v.0.into_iter().enumerate().take(about.components) {
+                round(about, &mut way, k, f64::from(x / length));
             }
         }
         guess.ways.push(way);
@@ -327,28 +340,37 @@ fn normals(
     guess
 }
 
-fn angle(y: f64, x: f64) -> f64 {
+fn sum(Vector([x, y, z]): Vector) -> f32 {
+    (x.abs() + y.abs()) + z.abs()
+}
+
+fn unit(v: Vector) -> Option<Vector> {
+    let over = 1.0 / sum(v);
+    (sum(v).is_finite() && over.is_finite()).then(|| v * over)
+}
+
+fn angle(y: f32, x: f32) -> f32 {
     let b = x.abs();
     let t = if y < b { y / b } else { b / y };
-    let mut arc = t * ((0.6365 - 0.2078 * t * t) + 0.0713 * t * t * t * t);
+    let mut arc = t * ((0.6365 - 0.2078 * (t * t)) + 0.0713 * ((t * t) * (t * t)));
     if y >= b {
         arc = 1.0 - arc;
     }
     if x < 0.0 { 2.0 - arc } else { arc }
 }
 
-fn rounded([x, y, z]: [f64; 3], radius: i64) -> [i32; 2] {
-    let r = radius as f64;
-    let sum = (x.abs() + y.abs()) + z.abs();
-    let scale = r / sum;
-    if !(scale.is_finite() && sum.is_finite()) {
+fn rounded(v: Vector, radius: i64) -> [i32; 2] {
+    let r = radius as f32;
+    let scale = r / sum(v);
+    if !scale.is_finite() {
         return [0, 0];
     }
+    let Vector([x, y, z]) = v;
     let (mut u, mut v) = (x * scale, y * scale);
     if z < 0.0 {
         (u, v) = (u.signum() * (r - v.abs()), v.signum() * (r - u.abs()));
     }
-    let q = [u, v].map(|x| ((x + 0.5).floor() as i64).clamp(-radius, radius) as i32);
+    let q = [u, v].map(|x| (floor(x + (r + 0.5)) - radius).clamp(-radius, radius) as i32);
     let r = radius as i32;
     match [q[0].abs() == r, q[1].abs() == r] {
         [true, true] => [r; 2],

@@ -62,7 +62,8 @@ impl Models {
         let start = at.iter().position(|c| c.0 == first).unwrap_or(0);
         at.rotate_left(start);
         let corners = fan(mesh, &at);
-        self.link(code, attributes, mesh, &told, &seats(attributes, mesh, &corners, site))?;
+        let parted = parted(attributes, mesh, &corners);
+        self.link(code, attributes, mesh, &told, (parted, &seats(attributes, mesh, &corners, site)))?;
         let vertex = Vertex { mesh, corners, before: &[], told: &told };
         self.round.vertex(code, attributes, vertex, &|_| true)
     }
@@ -73,11 +74,10 @@ impl Models {
         attributes: &mut Attributes,
         mesh: &Mesh,
         told: &[usize],
-        seats: &[Seat],
+        (parted, seats): (usize, &[Seat]),
     ) -> Result<()> {
         let others = |seat: &Seat| seat.0.iter().filter(|(_, beyond)| beyond.is_some()).count();
-        let several = seats.iter().filter(|seat| others(seat) > 0).count();
-        if !code.read(&mut self.parts[several.min(2)])? {
+        if !code.read(&mut self.parts[parted.min(2)])? {
             return Ok(());
         }
         for seat in seats {
@@ -110,6 +110,19 @@ impl Models {
         }
         Ok(())
     }
+}
+
+/// How many spokes part the wedges at their far end.
+fn parted(attributes: &Attributes, mesh: &Mesh, corners: &[Edge]) -> usize {
+    let alive = attributes.of_corners();
+    let wedge = |c: Edge| attributes.of[&c];
+    let is_boundary = mesh.opposite(mesh.prev(corners[0])).is_none();
+    (usize::from(is_boundary)..corners.len())
+        .filter(|&i| {
+            let before = corners[(i + corners.len() - 1) % corners.len()];
+            !attributes.are_alike(wedge(mesh.prev(before)), wedge(mesh.next(corners[i])), &alive)
+        })
+        .count()
 }
 
 fn seats(attributes: &Attributes, mesh: &Mesh, corners: &[Edge], site: Site) -> Vec<Seat> {

@@ -100,6 +100,8 @@ impl Attributes {
     ) -> Result<(), WholeError> {
         let ground = Ground { mesh: finest.mesh, walk: &finest.tour.walk, born };
         self.open(ground, budget)?;
+        let bytes = RoundModels::bytes(&self.columns);
+        budget.take_memory(bytes, 1)?;
         let mut models = RoundModels::new(&self.columns);
         self.bear_corners(ground, &mut models, coder, known, budget)?;
         self.born(born);
@@ -107,6 +109,7 @@ impl Attributes {
         if further > 0 && !self.alive.is_empty() {
             self.further = Further::new(finest, models.columns, known).code(self, coder, budget)?;
         }
+        budget.give_memory(bytes, 1);
         // The rows of further triangles come behind those of the walk.
         self.bear_triangles(ground, coder, known, budget, |this, k, models, coder, budget| {
             this.further_rows(finest, k, models, coder, known, budget)

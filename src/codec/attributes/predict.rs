@@ -4,11 +4,12 @@ use super::column::Column;
 use super::numbers::{Integers, MOST, Numbers, Scale};
 use super::ring::Ring;
 use super::values::Around;
+use crate::codec::vector::{Four, Vector, floor, truncate};
 use crate::mesh::attributes::{Quantisation, Semantic, quantise};
 use crate::mesh::{Attribute, Corner};
 
 /// Ways to guess a value.
-pub(super) const WAYS: usize = 5;
+pub(super) const WAYS: usize = 3;
 
 /// What is expected.
 #[derive(Clone, Debug, Default)]
@@ -53,9 +54,9 @@ impl Memory {
         judges
     }
 
-    /// The best of so many ways.
-    fn best(&self, count: usize) -> usize {
-        (0..count).min_by_key(|&way| self.costs[way]).unwrap_or(0)
+    /// The best of all ways.
+    fn best(&self) -> usize {
+        (0..WAYS).min_by_key(|&way| self.costs[way]).unwrap_or(0)
     }
 
     /// Judges all ways by the first `n` integers of the last value.
@@ -71,7 +72,8 @@ impl Memory {
 
 const NONE: Numbers = [0.0; Attribute::MAX_COMPONENTS];
 
-/// Guesses the value of a wedge, round which is `ring`; `before` is the wedge before it at its vertex. `guess` has what was guessed before.
+/// Guesses the value of a wedge, round which is `ring`, which knows this column; `before` is the wedge before it at its vertex. `guess` has
+/// what was guessed before.
 #[inline]
 pub(super) fn guess(
     guess: &mut Guess,
@@ -81,15 +83,17 @@ pub(super) fn guess(
     ring: &mut Ring,
     before: Option<u32>,
 ) {
-    let n = column.kind.integers();
-    guess.value[..n].copy_from_slice(&memory.last[..n]);
+    let n = column.integers();
     guess.ways.clear();
     guess.sources = 0;
-    let beside = || ring.beside.iter().find_map(|beside| column.value(beside.wedge));
-    if let Some(value) = beside().or_else(|| column.value(before?)) {
-        guess.value[..value.len()].copy_from_slice(value);
+    let near = match ring.wedges().next() {
+        Some(wedge) => column.there(wedge),
+        None => before.and_then(|before| column.value(before)).unwrap_or(&memory.last[..n]),
+    };
+    copy(near, &mut guess.value);
+    for spread in guess.spread.iter_mut().take(n) {
+        *spread = 0;
     }
-    guess.spread[..n].fill(0);
     // What is on a lattice or an integer may be of any length; a surface tells directions alone.
     let is_direction =
         matches!(column.kind.quantisation, Quantisation::Octahedral { .. } | Quantisation::Raw);
@@ -97,13 +101,13 @@ pub(super) fn guess(
         Semantic::Joints | Semantic::Part => {}
         Semantic::Normal if is_direction => normal(guess, memory, column, ring),
         _ => {
-            let components = Scale::of(&column.kind).components(column.kind.integers());
-            let is_fitted = match components {
-                1 => fitted::<1>(guess, column, ring),
-                2 => fitted::<2>(guess, column, ring),
-                3 => fitted::<3>(guess, column, ring),
-                4 => fitted::<4>(guess, column, ring),
-                _ => fitted::<{ Attribute::MAX_COMPONENTS }>(guess, column, ring),
+            let scale = Scale::of(&column.kind);
+            let is_fitted = match (scale, n) {
+                (Scale::Same, 1) => fitted::<1>(guess, column, ring),
+                (Scale::Same, 2) => fitted::<2>(guess, column, ring),
+                (Scale::Same, 3) => fitted::<3>(guess, column, ring),
+                (Scale::Same, 4) => fitted::<4>(guess, column, ring),
+                _ => fitted_numbers(guess, scale, column, ring),
             };
             if !is_fitted {
                 linear(guess, memory, around, column, ring);
@@ -112,28 +116,59 @@ pub(super) fn guess(
     }
 }
 
-/// As a linear map fitted to neighbours has it, of at most N components.
+/// Copies a value. Nearly all have few integers, and a call to copy these would take longer.
+#[inline]
+pub(super) fn copy(from: &[i32], to: &mut Integers) {
+    match *from {
+        [a] => to[0] = a,
+        [a, b] => (to[0], to[1]) = (a, b),
+        [a, b, c] => (to[0], to[1], to[2]) = (a, b, c),
+        _ => to[..from.len()].copy_from_slice(from),
+    }
+}
+
+/// What differences that a map tells are kept below, in magnitude.
+const FAR: f32 = (1u32 << 30) as f32;
+
+/// As a linear map fitted to neighbours has it, of N integers, four at most: `guess` has the value of the first.
 #[inline]
 fn fitted<const N: usize>(guess: &mut Guess, column: &Column, ring: &mut Ring) -> bool {
-    let scale = Scale::of(&column.kind);
-    let Some(shares) = ring.shares(column) else { return false };
-    let (mut sum, mut low, mut high) = ([0.0; N], [f64::INFINITY; N], [f64::NEG_INFINITY; N]);
+    let first: [i32; N] = std::array::from_fn(|k| guess.value[k]);
+    let Some(shares) = ring.shares() else { return false };
+    let nothing = Four::of(0.0);
+    let (mut sum, mut low, mut high) = (nothing, nothing, nothing);
     for (wedge, share) in shares {
-        let Some(value) = column.value(wedge) else { continue };
-        let numbers: [f64; N] = match value.first_chunk() {
-            Some(value) if scale == Scale::Same => value.map(f64::from),
-            _ => std::array::from_fn(|k| scale.number(value, k)),
-        };
-        for (k, x) in numbers.into_iter().enumerate() {
-            sum[k] += x * share;
-            low[k] = if x < low[k] { x } else { low[k] };
-            high[k] = if x > high[k] { x } else { high[k] };
+        let Some(value) = column.there(wedge).first_chunk::<N>() else { continue };
+        let mut off = [0; 4];
+        for (off, (x, first)) in off.iter_mut().zip(value.iter().zip(&first)) {
+            *off = x.wrapping_sub(*first);
         }
+        let off = Four::of_integers(off);
+        sum = sum + off * Four::of(share);
+        (low, high) = (low.min(off), high.max(off));
     }
     guess.sources = 2;
-    for k in 0..N.min(scale.components(column.kind.integers())) {
-        scale.round(k, sum[k], &mut guess.value);
-        guess.spread[k] = ((high[k] - low[k]) * 0.125) as u32;
+    let (sum, spread) = ((sum + Four::of(0.5)).floats(), ((high - low) * Four::of(0.125)).truncated());
+    for (k, first) in first.into_iter().enumerate() {
+        let off = if sum[k].abs() < FAR { floor(sum[k]) } else { 0 };
+        guess.value[k] = first.wrapping_add(off);
+        guess.spread[k] = spread[k] as u32;
+    }
+    true
+}
+
+/// The same of any numbers.
+fn fitted_numbers(guess: &mut Guess, scale: Scale, column: &Column, ring: &mut Ring) -> bool {
+    let Some(shares) = ring.shares() else { return false };
+    let mut mean = Mean::new();
+    for (wedge, share) in shares {
+        let numbers = scale.numbers(column.there(wedge));
+        mean.add(numbers, share.into());
+    }
+    guess.sources = 2;
+    for k in 0..scale.components(column.integers()) {
+        scale.round(k, mean.sum[k], &mut guess.value);
+        guess.spread[k] = ((mean.high[k] - mean.low[k]) * 0.125) as u32;
     }
     true
 }
@@ -153,9 +188,9 @@ impl Mean {
         Self { sum: NONE, low, high, count: 0.0 }
     }
 
-    fn add(&mut self, x: Numbers) {
+    fn add(&mut self, x: Numbers, share: f64) {
         for (k, x) in x.into_iter().enumerate() {
-            self.sum[k] += x;
+            self.sum[k] += x * share;
             (self.low[k], self.high[k]) = (self.low[k].min(x), self.high[k].max(x));
         }
         self.count += 1.0;
@@ -174,15 +209,15 @@ fn linear(guess: &mut Guess, memory: &mut Memory, around: &Around, column: &Colu
     let (mut beyond, mut mapped, mut near) = (Mean::new(), Mean::new(), Mean::new());
     for &c in &ring.corners {
         let [a, b] = [c.next(), c.prev()].map(|c| around.value(column, c));
-        [a, b].into_iter().flatten().for_each(|x| near.add(scale.numbers(x)));
+        [a, b].into_iter().flatten().for_each(|x| near.add(scale.numbers(x), 1.0));
         let (Some(n), Some(p)) = (a, b) else { continue };
         let (a, b) = (scale.numbers(n), scale.numbers(p));
         let far = around.far(column, c, n, p).map(|far| scale.numbers(far));
         if is_map && let Some(x) = similar(memory, around, c, a, b, far) {
-            mapped.add(x);
+            mapped.add(x, 1.0);
         }
         if let Some(far) = far {
-            beyond.add(std::array::from_fn(|k| (a[k] + b[k]) - far[k]));
+            beyond.add(std::array::from_fn(|k| (a[k] + b[k]) - far[k]), 1.0);
         }
     }
     let first = if mapped.count > 0.0 {
@@ -226,122 +261,143 @@ fn similar(
     Some(out)
 }
 
-/// The normals of the wedge's triangles summed in some way, or those of neighbours; the last way is both.
-const AREA: usize = 0;
-const SQUARES: usize = 1;
-const ANGLE: usize = 2;
-const NEAR: usize = 3;
-
-/// The normals of the wedge's triangles and those of its neighbours, in the way that did best.
+/// The normals of the wedge's triangles, those of neighbours, or both, in the way that did best.
 fn normal(guess: &mut Guess, memory: &mut Memory, column: &Column, ring: &mut Ring) {
-    let mut area = [0.0; 3];
-    let mut whole = 0.0;
-    for [x, y] in ring.sides() {
-        let z = cross(x, y);
-        whole += dot(z, z).sqrt();
-        area = plus(area, z, 1.0);
-    }
-    let length = dot(area, area).sqrt();
-    if length == 0.0 {
+    let Some(own) = normalised(by_angles(ring)) else { return };
+    let near = normalised(near_normal(column, ring));
+    let both = near.map(|near| own + near).filter(|both| sum(*both) > 0.0);
+    let (Some(near), Some(both)) = (near, both) else {
+        guess.sources = 1;
+        round_normal(column, own, &mut guess.value);
         return;
-    }
-    guess.sources = ring.corners.len();
-    let bend = ((whole - length) / whole).max(0.0).sqrt() * 1024.0;
-    guess.spread = [bend as u32; MOST];
+    };
+    guess.sources = 2;
     // As the surface is bent against the normals round it.
-    let near = near_normal(column, ring);
-    let both = if sum(near) > 0.0 && sum(near).is_finite() {
-        plus(area.map(|x| x / sum(area)), near, 1.0 / sum(near))
-    } else {
-        [0.0; 3]
-    };
-    let count = if sum(both) > 0.0 { WAYS } else { WAYS - 2 };
-    let vector = |way: usize| match way {
-        AREA => area,
-        SQUARES => weighted(ring, |x, y, _| 1.0 / (dot(x, x) * dot(y, y))),
-        ANGLE => weighted(ring, |x, y, length| angle(length, dot(x, y)) / length),
-        NEAR => near,
-        _ => both,
-    };
-    let best = memory.best(count);
+    let bend = (sum(own - near) * FLAT) as u32;
+    guess.spread.iter_mut().take(column.integers()).for_each(|spread| *spread = bend);
+    let ways: [Vector; WAYS] = [both, near, own];
+    let best = memory.best();
     if memory.judges() {
         let start = guess.value;
-        for way in 0..count {
+        for way in ways {
             let mut value = start;
-            round_normal(column, vector(way), &mut value);
+            round_normal(column, way, &mut value);
             guess.ways.push(value);
         }
         guess.value = guess.ways[best];
     } else {
-        round_normal(column, vector(best), &mut guess.value);
+        round_normal(column, ways[best], &mut guess.value);
     }
 }
 
-/// A vector as the integers of a normal.
-fn round_normal(column: &Column, vector: [f64; 3], value: &mut Integers) {
-    if let Quantisation::Octahedral { bits } = column.kind.quantisation {
-        value[..2].copy_from_slice(&quantise::near_octahedral(vector, quantise::radius(bits)));
-    } else {
-        let length = dot(vector, vector).sqrt();
-        (0..3).for_each(|k| Scale::of(&column.kind).round(k, vector[k] / length, value));
-    }
-}
-
-/// The normals of a wedge's triangles, each weighted by its sides and the length of its normal.
-fn weighted(ring: &Ring, weight: impl Fn([f64; 3], [f64; 3], f64) -> f64) -> [f64; 3] {
-    let mut total = [0.0; 3];
-    for [x, y] in ring.sides() {
-        let z = cross(x, y);
-        let length = dot(z, z).sqrt();
+/// The normals of a wedge's triangles, each by its angle at the wedge.
+#[inline]
+fn by_angles(ring: &Ring) -> Vector {
+    let mut total = Vector::default();
+    ring.each_side(|x, y| {
+        let z = x.cross(y);
+        let length = z.dot(z).sqrt();
         if length > 0.0 {
-            total = plus(total, z, weight(x, y, length));
+            total = total + z * (angle(length, x.dot(y)) / length);
         }
-    }
+    });
     total
 }
 
-/// The normal that neighbours tell of.
-fn near_normal(column: &Column, ring: &mut Ring) -> [f64; 3] {
-    let scale = Scale::of(&column.kind);
-    let vector = |value: &[i32]| match column.kind.quantisation {
-        Quantisation::Octahedral { bits } => {
-            quantise::unfolded([value[0], value[1]], quantise::radius(bits)).map(f64::from)
+/// The angle whose tangent is y / x, y above 0, within a thousandth; in units of a quarter turn.
+#[inline]
+fn angle(y: f32, x: f32) -> f32 {
+    let b = x.abs();
+    let t = if y < b { y / b } else { b / y };
+    // A quarter turn times this is the arc tangent of t.
+    let square = t * t;
+    let arc = t * ((0.6365 - 0.2078 * square) + 0.0713 * (square * square));
+    let arc = if y < b { arc } else { 1.0 - arc };
+    if x < 0.0 { 2.0 - arc } else { arc }
+}
+
+/// The units of how far two directions are apart.
+const FLAT: f32 = 4096.0;
+
+/// A vector over the sum of its magnitudes; `None` where it has no direction.
+#[inline]
+fn normalised(v: Vector) -> Option<Vector> {
+    let sum = sum(v);
+    let over = 1.0 / sum;
+    (sum < f32::INFINITY && over < f32::INFINITY).then(|| v * over)
+}
+
+/// A vector as the integers of a normal.
+#[inline]
+fn round_normal(column: &Column, vector: Vector, value: &mut Integers) {
+    if let Quantisation::Octahedral { bits } = column.kind.quantisation {
+        [value[0], value[1]] = near_octahedral(vector, quantise::radius(bits));
+    } else {
+        let length = vector.dot(vector).sqrt();
+        for (k, x) in vector.coordinates().into_iter().enumerate() {
+            Scale::of(&column.kind).round(k, (x / length).into(), value);
         }
-        _ => [0, 1, 2].map(|k| scale.number(value, k)),
-    };
-    let mut near = [0.0; 3];
+    }
+}
+
+/// Octahedral coordinates of a direction near to that of a vector.
+#[inline]
+fn near_octahedral(vector: Vector, radius: i32) -> [i32; 2] {
+    let r = radius as f32;
+    let scale = r / sum(vector);
+    // What is no number must not be cut: what comes of that is another thing on every machine.
+    if !scale.is_finite() {
+        return [0, 0];
+    }
+    let [x, y, z] = vector.coordinates();
+    let (u, v) = (x * scale, y * scale);
+    let folded = [(r - v.abs()).copysign(u), (r - u.abs()).copysign(v)];
+    let q = if z < 0.0 { folded } else { [u, v] };
+    // What is cut is above 0: to cut it is to round it down.
+    quantise::canonical(q.map(|x| (truncate(x + (r + 0.5)) - radius).clamp(-radius, radius)), radius)
+}
+
+/// The normal that neighbours tell of.
+#[inline]
+fn near_normal(column: &Column, ring: &mut Ring) -> Vector {
+    let mut near = Vector::default();
     let mut are_shared = false;
-    for (wedge, share) in ring.shares(column).into_iter().flatten() {
+    if let Some(shares) = ring.shares() {
         are_shared = true;
-        near = column.value(wedge).map_or(near, |value| plus(near, vector(value), share));
+        for (wedge, share) in shares {
+            near = near + direction(column, wedge) * share;
+        }
     }
-    if are_shared {
-        return near;
-    }
-    for wedge in ring.wedges(column) {
-        near = column.value(wedge).map_or(near, |value| plus(near, vector(value), 1.0));
+    if !are_shared {
+        for wedge in ring.wedges() {
+            near = near + direction(column, wedge);
+        }
     }
     near
 }
 
-/// x + w y.
-fn plus(x: [f64; 3], y: [f64; 3], w: f64) -> [f64; 3] {
-    [x[0] + y[0] * w, x[1] + y[1] * w, x[2] + y[2] * w]
+/// The direction of a normal that is known.
+#[inline(always)]
+fn direction(column: &Column, wedge: u32) -> Vector {
+    let value = column.there(wedge);
+    if let Quantisation::Octahedral { bits } = column.kind.quantisation {
+        let &[u, v] = value.first_chunk().unwrap_or(&[0; 2]);
+        // All that have been told are within the radius.
+        let w = quantise::radius(bits) - u.abs() - v.abs();
+        let folded = w.min(0);
+        let unfold = |x: i32| x + (x >> 31 | 1) * folded;
+        return Vector::of_cell([unfold(u), unfold(v), w]);
+    }
+    let scale = Scale::of(&column.kind);
+    let [x, y, z] = [0, 1, 2].map(|k| scale.number(value, k) as f32);
+    Vector::new(x, y, z)
 }
 
 /// The sum of magnitudes.
-fn sum([x, y, z]: [f64; 3]) -> f64 {
+#[inline]
+fn sum(v: Vector) -> f32 {
+    let [x, y, z] = v.coordinates();
     (x.abs() + y.abs()) + z.abs()
-}
-
-/// The angle whose tangent is y / x, y at least 0, within a thousandth; in units of a quarter turn.
-fn angle(y: f64, x: f64) -> f64 {
-    let (a, b) = (y, if x < 0.0 { -x } else { x });
-    let t = if a < b { a / b } else { b / a };
-    // A quarter turn times this is the arc tangent of t.
-    let arc = t * ((0.6365 - 0.2078 * t * t) + 0.0713 * t * t * t * t);
-    let arc = if a < b { arc } else { 1.0 - arc };
-    if x < 0.0 { 2.0 - arc } else { arc }
 }
 
 impl Around<'_> {

@@ -39,10 +39,10 @@ impl Neighbours {
         truth: &[i32],
     ) -> Option<u32> {
         let (mut wedges, mut count) = ([0; DIFFERENT], 0);
-        for beside in &ring.beside {
-            let Some(value) = column.value(beside.wedge) else { continue };
-            if count < DIFFERENT && wedges[..count].iter().all(|&other| column.value(other) != Some(value)) {
-                wedges[count] = beside.wedge;
+        for wedge in ring.wedges() {
+            let value = column.there(wedge);
+            if count < DIFFERENT && wedges[..count].iter().all(|&other| column.there(other) != value) {
+                wedges[count] = wedge;
                 count += 1;
             }
         }
@@ -71,6 +71,9 @@ pub(super) struct Recall {
 }
 
 impl Recall {
+    /// Bytes that a table takes, which is made when it is first asked.
+    pub(super) const BYTES: usize = size_of::<Self>() + (size_of::<Option<(i32, u8)>>() << PLACES_BITS);
+
     pub(super) fn new() -> Self {
         Self { places: Vec::new(), hits: [[[Bit::NEW; HITS]; DISTANCES]; INTEGERS] }
     }

@@ -8,13 +8,13 @@ use crate::codec::whole::WholeError;
 use crate::entropy::{Bit, BitCoder};
 use crate::limits::Budget;
 use crate::mesh::{Corner, Vertex};
-use crate::refine::wedges::{Carried, ring};
+use crate::refine::wedges::{Carried, ring_of};
 use crate::refine::{ProgressiveMesh, Site};
 
 /// Models of what is told of attributes behind operations.
 #[derive(Debug)]
 pub struct RefinedModels {
-    /// Whether a corner of the link parts, by how many vertices of the link have several wedges close by: none, one, more.
+    /// Whether a corner of the link parts, by how many spokes part the wedges at their far end: none, one, more.
     parts: [Bit; 3],
     /// Whether those of one vertex do, by on how many sides another wedge is beyond.
     part: [Bit; 3],
@@ -44,6 +44,11 @@ impl Seat {
 }
 
 impl Attributes {
+    /// Bytes that [`Attributes::models`] take.
+    pub fn model_bytes(&self) -> usize {
+        size_of::<RefinedModels>() + 2 * RoundModels::bytes(&self.columns)
+    }
+
     /// Models for what follows.
     pub fn models(&self) -> RefinedModels {
         RefinedModels {
@@ -79,19 +84,52 @@ impl Attributes {
             return Ok(());
         }
         let mut corners = std::mem::take(&mut models.corners);
-        ring(&mesh.table, v, operation.site, &mut corners);
-        self.part(models, mesh, operation.site, &corners, coder, known, budget)?;
-        let alive = std::mem::take(&mut self.alive);
+        ring_of(&mesh.table, v, operation, &mut corners);
         let is_boundary = mesh.table.is_boundary(v);
+        let mut parted = self.parted(&corners, is_boundary);
+        if self.part(models, mesh, operation.site, &corners, parted, coder, known, budget)? {
+            parted = self.parted(&corners, is_boundary);
+        }
+        let alive = std::mem::take(&mut self.alive);
         let vicinity = Vicinity { mesh, born: &alive, old: &[], is_boundary };
-        let outcome = self.round(&mut models.round, vicinity, &mut corners, |_| true, coder, known, budget);
+        let outcome = self.round(
+            &mut models.round,
+            vicinity,
+            &mut corners,
+            |_| true,
+            Some(parted),
+            coder,
+            known,
+            budget,
+        );
         (self.alive, models.corners) = (alive, corners);
         self.count = self.wedges.count();
         coder.check()?;
         outcome
     }
 
-    /// Corners of the link that are others than carried.
+    /// How many spokes of a star part the wedges at their far end.
+    #[inline]
+    fn parted(&self, corners: &[Corner], is_boundary: bool) -> usize {
+        let ends = |c: Corner| {
+            let wedges = self.wedges.triangle(c.triangle());
+            [c.next(), c.prev()].map(|c| wedges[c.place()])
+        };
+        let Some(&last) = corners.last() else { return 0 };
+        let [_, mut before] = ends(last);
+        let mut parted = 0;
+        for (i, &c) in corners.iter().enumerate() {
+            let [next, prev] = ends(c);
+            if before != next && !(i == 0 && is_boundary) {
+                parted += usize::from(!self.are_alike(before, next, &self.alive));
+            }
+            before = prev;
+        }
+        parted
+    }
+
+    /// Corners of the link that are others than carried. `parted` is how many spokes part the wedges at their far end, as carried; returned
+    /// is whether any has parted.
     #[expect(clippy::too_many_arguments)]
     fn part<C: BitCoder, K: Known>(
         &mut self,
@@ -99,13 +137,15 @@ impl Attributes {
         mesh: &ProgressiveMesh,
         site: Site,
         corners: &[Corner],
+        parted: usize,
         coder: &mut C,
         known: &K,
         budget: &mut Budget,
-    ) -> Result<(), WholeError> {
+    ) -> Result<bool, WholeError> {
         let mut seats = std::mem::take(&mut models.seats);
-        self.seats(mesh, site, corners, &mut seats);
-        let several = seats.iter().filter(|seat| seat.others() > 0).count();
+        if C::ENCODES {
+            self.seats(mesh, site, corners, &mut seats);
+        }
         // A writer looks at what the corners beside hold, which all are of the same mesh.
         let differs = |c: Corner| {
             let carried = self.wedges.of(c);
@@ -113,8 +153,11 @@ impl Attributes {
             self.alive.iter().any(|&k| self.columns[k].value(carried) != known.value(k, label))
         };
         let parts = |seat: &Seat| seat.corners.iter().any(|&c| c.is_some() && differs(c));
-        let any = coder.bit(&mut models.parts[several.min(2)], || seats.iter().any(parts));
+        let any = coder.bit(&mut models.parts[parted.min(2)], || seats.iter().any(parts));
         if any {
+            if !C::ENCODES {
+                self.seats(mesh, site, corners, &mut seats);
+            }
             let truths: Vec<[bool; 2]> = if C::ENCODES {
                 seats.iter().map(|seat| seat.corners.map(|c| c.is_some() && differs(c))).collect()
             } else {
@@ -140,7 +183,7 @@ impl Attributes {
             }
         }
         models.seats = seats;
-        Ok(())
+        Ok(any)
     }
 
     /// A corner of the link gets another wedge than the one carried.

@@ -113,17 +113,26 @@ impl ResidualModel {
         let off = (logarithm(number.unsigned_abs()) - size) << FINE;
         for (parts, context) in self.parts.iter_mut().zip(contexts) {
             let part = &mut parts[context];
-            let rate = match part.count {
-                0..4 => 3,
-                4..16 => 4,
-                16..48 => 5,
-                _ => 6,
-            };
-            part.octaves += off >> rate;
+            part.octaves += off >> RATES[usize::from(part.count & 63)];
             part.count += u8::from(part.count < 48);
         }
     }
 }
+
+/// What a number weighs to a context that has been met so often, 48 times at most: 2^-rate.
+const RATES: [u8; 64] = {
+    let mut rates = [6; 64];
+    let mut n = 0;
+    while n < 48 {
+        rates[n] = match n {
+            0..4 => 3,
+            4..16 => 4,
+            _ => 5,
+        };
+        n += 1;
+    }
+    rates
+};
 
 /// The logarithm of n + 1/2, in units of 1/16, rounded down.
 #[inline]

@@ -2,6 +2,7 @@
 
 use super::column::Column;
 use super::values::Around;
+use crate::codec::vector::Vector;
 use crate::mesh::Corner;
 
 /// The corners of a wedge, and what is at the other corners of their triangles. Its lists are used again for the next wedge.
@@ -12,37 +13,57 @@ pub struct Ring {
     /// The wedges beside it: of the next and the previous corner of each triangle, in order; one for those that follow each other and are
     /// the same.
     pub beside: Vec<Beside>,
-    /// By corner, where its next and its previous one are listed.
-    faces: Vec<[u8; 2]>,
-    /// How much each listed one tells, those that are known being in `of`.
-    shares: Vec<f64>,
-    /// Bits of those that are known.
-    of: u128,
-    /// Whether `shares` are those of `of`.
-    is_shared: bool,
+    /// Whether the last triangle lies between the last one listed and the first one.
+    closes: bool,
+    /// Whether one of those listed has a twin.
+    has_twins: bool,
+    /// The largest number of those listed.
+    most: u32,
+    /// Those listed that are known of the column asked about last.
+    known: Vec<u8>,
+    /// How much each of `shared` tells.
+    shares: Vec<f32>,
+    /// What was known when `shares` were measured.
+    shared: Vec<u8>,
 }
 
 /// A wedge beside another one.
 #[derive(Clone, Copy, Debug)]
 pub struct Beside {
+    /// From the vertex of the other one to its own.
+    to: Vector,
+    /// Its weight: the less, the further it is away.
+    weight: f32,
     /// Its number.
     pub wedge: u32,
-    /// From the vertex of the other one to its own.
-    pub to: [f64; 3],
-    /// Where the other one at the same vertex is listed, if there is one.
-    twin: Option<u8>,
+    /// Where the other one at the same vertex is listed; [`ALONE`] if there is none.
+    twin: u8,
+    /// Whether no triangle lies between it and the one listed before it.
+    starts: bool,
 }
 
 /// Corners of a wedge that are looked at.
 const CORNERS: usize = 64;
-/// As many can be told apart by two corners each.
-const _: () = assert!(2 * CORNERS <= u128::BITS as usize);
+/// Stands for no place in the list.
+const ALONE: u8 = u8::MAX;
+/// The list has two for each corner.
+const _: () = assert!(2 * CORNERS <= ALONE as usize);
+/// All places of the list.
+const PLACES: [u8; 2 * CORNERS] = {
+    let mut places = [0; 2 * CORNERS];
+    let mut place = 0;
+    while place < places.len() {
+        places[place] = place as u8;
+        place += 1;
+    }
+    places
+};
 /// Fewest neighbours that tell how values change along the surface.
-const FEWEST: u32 = 3;
+const FEWEST: usize = 3;
 /// What flattens a map where neighbours nearly lie in one line: a share of their spread.
-const FLATTEN: f64 = 1.0 / 256.0;
+const FLATTEN: f32 = 1.0 / 256.0;
 /// Where they all lie in one place.
-const LEAST: f64 = 1.0 / 1_048_576.0;
+const LEAST: f32 = 1.0 / 65_536.0;
 
 impl Ring {
     /// Looks round a wedge of these corners, a run of the fan of its vertex; none where it is no wedge of the mesh.
@@ -52,122 +73,132 @@ impl Ring {
         self.corners.clear();
         self.corners.extend_from_slice(corners);
         self.beside.clear();
-        self.faces.clear();
-        self.is_shared = false;
-        let Some(&first) = corners.first() else { return };
+        self.shared.clear();
+        (self.has_twins, self.closes, self.most) = (false, false, 0);
+        let (Some(&first), Some(&end)) = (corners.first(), corners.last()) else { return };
+        self.beside.reserve(2 * CORNERS);
         let table = &around.mesh.table;
         let at = |c: Corner| around.mesh.positions[table.vertex(c).index()];
         let here = at(first);
+        let (mut last, mut most) = (None, 0);
         for &c in corners {
-            let beside = |c: Corner| {
-                let there = at(c);
-                let to = [0, 1, 2].map(|k| f64::from(there[k]) - f64::from(here[k]));
-                Beside { wedge: around.wedges.of(c), to, twin: None }
+            let wedges = around.wedges.triangle(c.triangle());
+            let mut beside = |c: Corner, twin: u8, starts: bool| {
+                let (there, wedge) = (at(c), wedges[c.place()]);
+                let to = Vector::of_cell([0, 1, 2].map(|k| there[k] - here[k]));
+                most = most.max(wedge);
+                Beside { to, weight: 1.0 / (to.dot(to) + 1.0), wedge, twin, starts }
             };
+            let [next, prev] = [c.next(), c.prev()];
             // Its next one is at the vertex of the one listed last.
-            let next = around.wedges.of(c.next());
-            if self.beside.last().is_none_or(|last| last.wedge != next) {
-                let twin = (self.beside.len() as u8).checked_sub(1);
-                self.beside.push(Beside { twin, ..beside(c.next()) });
+            if last.is_none() {
+                self.beside.push(beside(next, ALONE, true));
+            } else if last != Some(wedges[next.place()]) {
+                let twin = self.beside.len() as u8 - 1;
+                self.has_twins = true;
+                self.beside.push(beside(next, twin, true));
             }
-            self.beside.push(beside(c.prev()));
-            let last = self.beside.len() as u8 - 1;
-            self.faces.push([last - 1, last]);
+            self.beside.push(beside(prev, ALONE, false));
+            last = Some(wedges[prev.place()]);
         }
-        let (first, last) = (self.corners[0].next(), self.corners[corners.len() - 1].prev());
-        if table.vertex(first) != table.vertex(last) {
+        self.most = most;
+        let (first, end) = (first.next(), end.prev());
+        if table.vertex(first) != table.vertex(end) {
             return;
         }
-        if around.wedges.of(first) != around.wedges.of(last) {
-            self.beside.last_mut().into_iter().for_each(|last| last.twin = Some(0));
+        if around.wedges.of(first) != around.wedges.of(end) {
+            self.beside.last_mut().into_iter().for_each(|last| last.twin = 0);
+            self.has_twins = true;
             return;
         }
         self.beside.pop();
-        self.faces.last_mut().into_iter().for_each(|face| face[1] = 0);
+        self.closes = true;
     }
 
-    /// Bits of those that have a value, but where another one at their vertex has the same: how many wedges it is given by does not count.
+    /// Finds those that have a value, but where another one at their vertex has the same: how many wedges it is given by does not count.
     #[inline]
-    fn known(&self, column: &Column) -> u128 {
-        let mut of = 0;
+    pub fn know(&mut self, column: &Column) {
+        self.known.clear();
+        if !self.has_twins && column.are_known(self.most) {
+            self.known.extend_from_slice(&PLACES[..self.beside.len()]);
+            return;
+        }
         for (place, beside) in self.beside.iter().enumerate() {
             let mut is_known = column.is_known(beside.wedge);
-            if let Some(twin) = beside.twin {
-                let twin = self.beside[usize::from(twin)].wedge;
-                is_known = is_known && column.value(twin) != column.value(beside.wedge);
+            if is_known && beside.twin != ALONE {
+                let twin = self.beside[usize::from(beside.twin)].wedge;
+                is_known = column.value(twin) != Some(column.there(beside.wedge));
             }
-            of |= u128::from(is_known) << place;
+            if is_known {
+                self.known.push(place as u8);
+            }
         }
-        of
     }
 
-    /// The wedges that have values.
-    pub fn wedges(&self, column: &Column) -> impl Iterator<Item = u32> + '_ {
-        let of = self.known(column);
-        let all = self.beside.iter().enumerate();
-        all.filter(move |(place, _)| of >> place & 1 == 1).map(|(_, beside)| beside.wedge)
+    /// The wedges found.
+    pub fn wedges(&self) -> impl Iterator<Item = u32> + '_ {
+        self.known.iter().map(|&place| self.beside[usize::from(place)].wedge)
     }
 
-    /// From the vertex to the next and to the previous one, of each triangle.
-    pub fn sides(&self) -> impl Iterator<Item = [[f64; 3]; 2]> + '_ {
-        self.faces.iter().map(|face| face.map(|place| self.beside[usize::from(place)].to))
+    /// Tells from the vertex to the next and to the previous one, of each triangle.
+    #[inline]
+    pub fn each_side(&self, mut tell: impl FnMut(Vector, Vector)) {
+        let (Some(first), Some(last)) = (self.beside.first(), self.beside.last()) else { return };
+        let mut before = first.to;
+        for beside in &self.beside[1..] {
+            if !beside.starts {
+                tell(before, beside.to);
+            }
+            before = beside.to;
+        }
+        if self.closes {
+            tell(last.to, first.to);
+        }
     }
 
-    /// The known ones beside, with what each of them tells of a value that changes along the surface as steadily as may be: shares of which
+    /// The wedges found, with what each of them tells of a value that changes along the surface as steadily as may be: shares of which
     /// the sum is 1. `None` where these are too few to tell.
     #[inline]
-    pub fn shares<'a>(&'a mut self, column: &'a Column) -> Option<impl Iterator<Item = (u32, f64)> + 'a> {
-        let of = self.known(column);
-        if of.count_ones() < FEWEST {
+    pub fn shares(&mut self) -> Option<impl Iterator<Item = (u32, f32)> + '_> {
+        if self.known.len() < FEWEST {
             return None;
         }
-        if !self.is_shared || self.of != of {
-            self.of = of;
-            self.is_shared = true;
+        if self.shared != self.known {
+            self.shared.clone_from(&self.known);
             self.share();
         }
-        let all = self.beside.iter().zip(&self.shares).enumerate();
-        Some(
-            all.filter(move |(place, _)| of >> place & 1 == 1)
-                .map(|(_, (beside, &share))| (beside.wedge, share)),
-        )
+        Some(self.wedges().zip(self.shares.iter().copied()))
     }
 
     /// A linear map is fitted to those known, near ones first; what it gives at the vertex is a sum of shares of theirs.
     fn share(&mut self) {
-        self.shares.clear();
-        let (mut whole, mut m) = (0.0, [0.0; 3]);
-        let (mut xx, mut xy, mut xz, mut yy, mut yz, mut zz) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-        for (place, beside) in self.beside.iter().enumerate() {
-            let [x, y, z] = beside.to;
-            if self.of >> place & 1 == 0 {
-                self.shares.push(0.0);
-                continue;
+        let known = || self.known.iter().map(|&place| &self.beside[usize::from(place)]);
+        let (mut whole, mut m, mut rows) = (0.0, Vector::default(), [Vector::default(); 3]);
+        for &Beside { to, weight, .. } in known() {
+            let weighted = to * weight;
+            whole += weight;
+            m = m + weighted;
+            for (row, x) in rows.iter_mut().zip(weighted.coordinates()) {
+                *row = *row + to * x;
             }
-            let w = 1.0 / (((x * x + y * y) + z * z) + 1.0);
-            self.shares.push(w);
-            whole += w;
-            m = [m[0] + w * x, m[1] + w * y, m[2] + w * z];
-            let [a, b, c] = [w * x, w * y, w * z];
-            (xx, xy, xz) = (xx + a * x, xy + a * y, xz + a * z);
-            (yy, yz, zz) = (yy + b * y, yz + b * z, zz + c * z);
         }
         let over = 1.0 / whole;
-        let [x, y, z] = m.map(|m| m * over);
-        (xx, xy, xz) = (xx - m[0] * x, xy - m[0] * y, xz - m[0] * z);
-        (yy, yz, zz) = (yy - m[1] * y, yz - m[1] * z, zz - m[2] * z);
+        let middle = m * over;
+        let [a, b, c] = m.coordinates();
+        let [xx, xy, xz] = (rows[0] - middle * a).coordinates();
+        let [_, yy, yz] = (rows[1] - middle * b).coordinates();
+        let [_, _, zz] = (rows[2] - middle * c).coordinates();
         let flat = ((xx + yy) + zz) * FLATTEN + LEAST;
-        (xx, yy, zz) = (xx + flat, yy + flat, zz + flat);
+        let x = Vector::new(xx + flat, xy, xz);
+        let y = Vector::new(xy, yy + flat, yz);
+        let z = Vector::new(xz, yz, zz + flat);
         // The inverse is these over the determinant.
-        let (a, b, c) = (yy * zz - yz * yz, yz * xz - xy * zz, xy * yz - xz * yy);
-        let (d, e, f) = (xx * zz - xz * xz, xy * xz - xx * yz, xx * yy - xy * xy);
-        let over_all = 1.0 / ((xx * a + xy * b) + xz * c);
-        let slope = [(a * x + b * y) + c * z, (b * x + d * y) + e * z, (c * x + e * y) + f * z];
-        let [u, v, w] = slope.map(|slope| slope * over_all);
-        let middle = over + ((u * x + v * y) + w * z);
-        for (beside, share) in self.beside.iter().zip(&mut self.shares) {
-            let [x, y, z] = beside.to;
-            *share *= middle - ((u * x + v * y) + w * z);
-        }
+        let adjoint = [y.cross(z), z.cross(x), x.cross(y)];
+        let over_all = 1.0 / x.dot(adjoint[0]);
+        let [u, v, w] = adjoint.map(|row| row.dot(middle) * over_all);
+        let slope = Vector::new(u, v, w);
+        let constant = over + slope.dot(middle);
+        self.shares.clear();
+        self.shares.extend(known().map(|beside| beside.weight * (constant - slope.dot(beside.to))));
     }
 }

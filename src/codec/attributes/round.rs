@@ -9,6 +9,7 @@ use crate::entropy::{Bit, BitCoder};
 use crate::limits::Budget;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Wedges};
+use bitvec::vec::BitVec;
 
 /// Models of one column of values at corners.
 #[derive(Debug)]
@@ -25,6 +26,11 @@ impl CornerModels {
     pub fn new(column: &Column) -> Self {
         let (same, present) = ([Bit::NEW; 2], [Bit::NEW; 2]);
         Self { same, present, last_present: true, values: ValueModels::new(&column.kind) }
+    }
+
+    /// Bytes that the models of a column take, without what grows with its values.
+    pub fn bytes(column: &Column) -> usize {
+        size_of::<Self>() + ValueModels::bytes(&column.kind)
     }
 
     /// Codes the value of one wedge, the one numbered `at`, round which is `ring`, or of a row of triangles, round which is nothing.
@@ -75,11 +81,17 @@ pub struct RoundModels {
     /// By column.
     pub columns: Vec<CornerModels>,
     spokes: Vec<bool>,
-    kept: Vec<u32>,
+    /// Of the wedges from before the pass those that corners have again: each is at one vertex.
+    pub taken: BitVec,
     ring: Ring,
 }
 
 impl RoundModels {
+    /// Bytes that models of some columns take, without what grows with their values.
+    pub fn bytes(columns: &[Column]) -> usize {
+        columns.iter().map(CornerModels::bytes).sum()
+    }
+
     pub fn new(columns: &[Column]) -> Self {
         let columns = columns.iter().map(CornerModels::new).collect();
         Self {
@@ -87,9 +99,17 @@ impl RoundModels {
             breaks: [[Bit::NEW; 3]; 3],
             columns,
             spokes: Vec::new(),
-            kept: Vec::new(),
+            taken: BitVec::new(),
             ring: Ring::default(),
         }
+    }
+}
+
+impl RoundModels {
+    /// Whether a wedge from before the pass has been taken; it is now.
+    fn is_taken(&mut self, wedge: u32) -> bool {
+        let place = wedge as usize;
+        place >= self.taken.len() || self.taken.replace(place, true)
     }
 }
 
@@ -106,7 +126,8 @@ pub struct Vicinity<'a> {
 
 impl Attributes {
     /// Codes what is round a vertex: `corners` are those of its fan, from where it is told; they end up from the first break on. `seen`
-    /// tells of which other vertices all that is coded now is known.
+    /// tells of which other vertices all that is coded now is known; `parted` is how many spokes part the wedges at their far end, where
+    /// that is known already.
     #[expect(clippy::too_many_arguments)]
     pub(super) fn round<C: BitCoder, K: Known>(
         &mut self,
@@ -114,56 +135,87 @@ impl Attributes {
         vicinity: Vicinity,
         corners: &mut [Corner],
         seen: impl Fn(Vertex) -> bool,
+        parted: Option<usize>,
         coder: &mut C,
         known: &K,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         let mut spokes = std::mem::take(&mut models.spokes);
-        let mut kept = std::mem::take(&mut models.kept);
-        self.breaks(models, vicinity, corners, &mut spokes, seen, coder, known);
-        let start = spokes.iter().position(|&breaks| breaks).filter(|_| !vicinity.is_boundary).unwrap_or(0);
-        corners.rotate_left(start);
-        spokes.rotate_left(start);
-        kept.clear();
-        let mut before = None;
-        let mut from = 0;
+        let outcome = if self.breaks(models, vicinity, corners, &mut spokes, seen, parted, coder, known) {
+            let start = spokes.iter().position(|&breaks| breaks);
+            let start = start.filter(|_| !vicinity.is_boundary).unwrap_or(0);
+            corners.rotate_left(start);
+            spokes.rotate_left(start);
+            self.runs(models, vicinity, corners, &spokes, coder, known, budget)
+        } else {
+            self.wedge(models, vicinity, corners, None, coder, known, budget).map(|_| ())
+        };
+        models.spokes = spokes;
+        outcome
+    }
+
+    /// Codes one wedge after the other, parted by `spokes`.
+    #[expect(clippy::too_many_arguments)]
+    fn runs<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RoundModels,
+        vicinity: Vicinity,
+        corners: &[Corner],
+        spokes: &[bool],
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        let (mut before, mut from) = (None, 0);
         while from < corners.len() {
             let run = 1 + spokes[from + 1..].iter().take_while(|&&breaks| !breaks).count();
             let corners = &corners[from..from + run];
-            let there = self.wedges.of(corners[0]);
-            let wedge = if there == Wedges::NONE || kept.contains(&there) {
-                take_room(budget, self.wedges.count(), &self.columns)?;
-                let wedge = self.wedges.count();
-                if there != Wedges::NONE {
-                    vicinity.old.iter().for_each(|&k| self.columns[k].copy(there, wedge));
-                }
-                wedge
-            } else {
-                kept.push(there);
-                there
-            };
-            let label = if C::ENCODES { known.label(corners[0]) } else { 0 };
-            let around = Around { mesh: vicinity.mesh, wedges: &self.wedges };
-            let RoundModels { columns, ring, .. } = &mut *models;
-            ring.look(&around, corners);
-            for &k in vicinity.born {
-                let (models, column) = (&mut columns[k], &mut self.columns[k]);
-                models.code(coder, &around, ring, column, wedge, before, known.value(k, label))?;
-            }
-            if wedge == self.wedges.count() {
-                self.wedges.append(corners);
-            } else {
-                // There may have been several numbers for what is alike.
-                corners.iter().for_each(|&c| self.wedges.assign(c, wedge));
-            }
-            before = Some(wedge);
+            before = Some(self.wedge(models, vicinity, corners, before, coder, known, budget)?);
             from += run;
         }
-        (models.spokes, models.kept) = (spokes, kept);
         Ok(())
     }
 
-    /// Tells of each of the corners round a vertex whether the spoke before it parts it from the corner before.
+    /// Codes the values of the wedge of these corners, of which there is one at least. `before` is the wedge before it at its vertex.
+    #[expect(clippy::too_many_arguments)]
+    fn wedge<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RoundModels,
+        vicinity: Vicinity,
+        corners: &[Corner],
+        before: Option<u32>,
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<u32, WholeError> {
+        let there = self.wedges.of(corners[0]);
+        let stays = there != Wedges::NONE && !models.is_taken(there);
+        let wedge = if stays { there } else { self.wedges.count() };
+        if !stays {
+            take_room(budget, wedge, &self.columns)?;
+            if there != Wedges::NONE {
+                vicinity.old.iter().for_each(|&k| self.columns[k].copy(there, wedge));
+            }
+        }
+        let label = if C::ENCODES { known.label(corners[0]) } else { 0 };
+        let around = Around { mesh: vicinity.mesh, wedges: &self.wedges };
+        let RoundModels { columns, ring, .. } = models;
+        ring.look(&around, corners);
+        for &k in vicinity.born {
+            let (models, column) = (&mut columns[k], &mut self.columns[k]);
+            models.code(coder, &around, ring, column, wedge, before, known.value(k, label))?;
+        }
+        if stays {
+            // There may have been several numbers for what is alike.
+            corners.iter().for_each(|&c| self.wedges.assign(c, wedge));
+        } else {
+            self.wedges.append(corners);
+        }
+        Ok(wedge)
+    }
+
+    /// Tells of each of the corners round a vertex whether the spoke before it parts it from the corner before. Returned is whether any does,
+    /// else `spokes` is of no meaning.
     #[expect(clippy::too_many_arguments)]
     fn breaks<C: BitCoder, K: Known>(
         &self,
@@ -172,21 +224,24 @@ impl Attributes {
         corners: &[Corner],
         spokes: &mut Vec<bool>,
         seen: impl Fn(Vertex) -> bool,
+        parted: Option<usize>,
         coder: &mut C,
         known: &K,
-    ) {
+    ) -> bool {
         let count = corners.len();
         let table = &vicinity.mesh.table;
         let sides = |i: usize| [corners[if i == 0 { count - 1 } else { i - 1 }], corners[i]];
         let inner = usize::from(vicinity.is_boundary)..count;
         spokes.clear();
-        spokes.resize(count, false);
         // Nothing parts where nothing was known before.
-        for i in inner.clone().filter(|_| !vicinity.old.is_empty()) {
-            let [a, b] = sides(i);
-            spokes[i] = !self.are_alike(self.wedges.of(a), self.wedges.of(b), vicinity.old);
+        if !vicinity.old.is_empty() {
+            spokes.resize(count, false);
+            for i in inner.clone() {
+                let [a, b] = sides(i);
+                spokes[i] = !self.are_alike(self.wedges.of(a), self.wedges.of(b), vicinity.old);
+            }
         }
-        let is_open = |i: usize, spokes: &[bool]| !spokes[i];
+        let is_open = |i: usize, spokes: &[bool]| !spokes.get(i).is_some_and(|&breaks| breaks);
         let truth = |i: usize| {
             let [a, b] = sides(i).map(|c| known.label(c));
             a != b && vicinity.born.iter().any(|&k| known.value(k, a) != known.value(k, b))
@@ -200,11 +255,13 @@ impl Attributes {
             let [a, b] = [a, b].map(|c| self.wedges.of(c));
             2 - usize::from(self.are_alike(a, b, vicinity.old.iter().chain(vicinity.born)))
         };
-        let parted = inner.clone().filter(|&i| is_open(i, spokes) && far(i) == 2).count();
+        let parted =
+            parted.unwrap_or_else(|| inner.clone().filter(|&i| is_open(i, spokes) && far(i) == 2).count());
         let any = || inner.clone().any(|i| is_open(i, spokes) && truth(i));
         if !coder.bit(&mut models.broken[parted.min(2)], any) {
-            return;
+            return spokes.contains(&true);
         }
+        spokes.resize(count, false);
         for i in inner.clone() {
             if is_open(i, spokes) {
                 let facing = corners[i].prev();
@@ -212,6 +269,7 @@ impl Attributes {
                 spokes[i] = coder.bit(&mut models.breaks[context[0]][context[1]], || truth(i));
             }
         }
+        true
     }
 }
 
@@ -246,9 +304,10 @@ fn bend(mesh: &ProgressiveMesh, c: Corner, o: Corner) -> usize {
 /// Debits the budget for some further values of all columns, at item `k`.
 pub fn take_room(budget: &mut Budget, k: u32, columns: &[Column]) -> Result<(), WholeError> {
     if k.is_multiple_of(AHEAD as u32) {
-        let integers: usize = columns.iter().map(|column| column.kind.integers() + 1).sum();
+        // Numbers, and the lengths of what was missing in two kinds of models.
+        let integers: usize = columns.iter().map(|column| 2 * column.integers() + 2).sum();
         // In lists that have just been copied to ones twice as long.
-        budget.take_memory(AHEAD, 3 * 4 * (integers + 2))?;
+        budget.take_memory(AHEAD, 3 * 4 * (integers + 1))?;
         budget.take_work(WORK_A_VALUE * (AHEAD * columns.len()) as u64)?;
     }
     Ok(())

@@ -6,7 +6,7 @@ use super::numbers::{Integers, MOST};
 use super::predict::{self, Guess, Memory};
 use super::recall::{Neighbours, Recall};
 use super::residual::ResidualModel;
-use super::ring::Ring;
+use super::ring::{Beside, Ring};
 use crate::entropy::{Bit, BitCoder, CodingError};
 use crate::mesh::attributes::{Domain, Kind, Quantisation, Semantic, quantise};
 use crate::refine::{ProgressiveMesh, Wedges};
@@ -33,11 +33,18 @@ pub struct ValueModels {
     recall: Option<Box<Recall>>,
     numbers: Vec<ResidualModel>,
     guess: Box<Guess>,
-    /// By value and integer, bit lengths of residuals.
-    lengths: Vec<u8>,
+    /// By value, for each two integers [`Lengths`] of their residuals.
+    lengths: Vec<u32>,
 }
 
 impl ValueModels {
+    /// Bytes that they take beside themselves, without what grows with values.
+    pub fn bytes(kind: &Kind) -> usize {
+        let is_color = kind.domain == Domain::Corner && kind.semantic == Semantic::Color;
+        let beside = size_of::<Neighbours>() + size_of::<Guess>() + MOST_WAYS;
+        kind.integers() * size_of::<ResidualModel>() + beside + usize::from(is_color) * Recall::BYTES
+    }
+
     /// Fresh ones.
     pub fn new(kind: &Kind) -> Self {
         let is_at_corners = kind.domain == Domain::Corner;
@@ -72,7 +79,7 @@ impl ValueModels {
         before: Option<u32>,
         truth: &[i32],
     ) -> Result<&[i32], CodingError> {
-        let n = column.kind.integers();
+        let n = column.integers();
         if self.constant && self.any {
             self.constant = coder.bit(&mut self.again, || truth == &self.memory.last[..n]);
             if self.constant {
@@ -80,8 +87,10 @@ impl ValueModels {
                 return Ok(&self.memory.last[..n]);
             }
         }
-        let round = self.round(ring, n);
+        let mut round = [UNKNOWN; MOST];
+        self.round(ring, n, &mut round);
         self.skip(column, at);
+        ring.know(column);
         if let Some(neighbours) = &mut self.neighbours {
             let of_first = match round[0] {
                 0 => 0,
@@ -102,36 +111,34 @@ impl ValueModels {
     /// The value of a wedge is as expected, or none.
     #[inline]
     pub fn skip(&mut self, column: &Column, at: u32) {
-        let n = column.kind.integers();
-        let from = at as usize * n;
-        if self.lengths.len() < from + n {
-            self.lengths.resize(from + n, NOT_CODED);
+        let pairs = column.integers().div_ceil(2);
+        let from = at as usize * pairs;
+        if self.lengths.len() < from + pairs {
+            self.lengths.resize(from + pairs, Lengths::UNKNOWN);
         }
-        self.lengths[from..from + n].fill(0);
+        self.lengths[from..from + pairs].iter_mut().for_each(|lengths| *lengths = Lengths::NOTHING);
         self.any = true;
     }
 
     /// Mean bit lengths of the residuals of known neighbours, in halves; [`UNKNOWN`] where there are none.
     #[inline]
-    fn round(&self, ring: &Ring, n: usize) -> [u8; MOST] {
-        let (mut sums, mut count) = ([0u16; MOST], 0u16);
-        for beside in &ring.beside {
-            let from = (beside.wedge as usize).saturating_mul(n);
-            if let Some(lengths) = self.lengths.get(from..from.saturating_add(n))
-                && lengths[0] != NOT_CODED
-            {
-                for (&length, sum) in lengths.iter().zip(&mut sums) {
-                    *sum += u16::from(length);
-                }
-                count += 1;
-            }
+    fn round(&self, ring: &Ring, n: usize, means: &mut [u8; MOST]) {
+        let pairs = n.div_ceil(2);
+        if pairs == 1 {
+            let of = |beside: &Beside| {
+                self.lengths.get(beside.wedge as usize).copied().unwrap_or(Lengths::UNKNOWN)
+            };
+            [means[0], means[1]] = Lengths::means(ring.beside.iter().map(of).sum());
+            return;
         }
-        let mut means = [UNKNOWN; MOST];
-        for (mean, sum) in means.iter_mut().zip(sums).take(n) {
-            let known = (2 * sum + count / 2).checked_div(count);
-            *mean = known.map_or(UNKNOWN, |known| known.min(UNKNOWN.into()) as u8);
+        for pair in 0..pairs {
+            let of =
+                |wedge: u32| self.lengths.get((wedge as usize).saturating_mul(pairs).saturating_add(pair));
+            let sum = ring.beside.iter().filter_map(|beside| of(beside.wedge)).sum();
+            let [first, second] = Lengths::means(sum);
+            means[2 * pair] = first;
+            means[2 * pair + 1] = second;
         }
-        means
     }
 
     /// Codes a value by what is missing to the one expected.
@@ -144,47 +151,50 @@ impl ValueModels {
         round: &[u8; MOST],
         truth: &[i32],
     ) -> Result<(), CodingError> {
-        let n = column.kind.integers();
-        let from = at as usize * n;
+        let n = column.integers();
+        let from = at as usize * n.div_ceil(2);
         let guess = &mut *self.guess;
         let expected = &mut guess.value;
-        let mut wanted = [0; MOST];
-        if C::ENCODES {
-            wanted[..n].copy_from_slice(&truth[..n]);
-        }
         let frame = match column.kind.quantisation {
             Quantisation::Octahedral { bits } => {
                 Some(Frame::new([expected[0], expected[1]], quantise::radius(bits)))
             }
             _ => None,
         };
+        // The first two integers of what is written, in the frame.
+        let mut wanted = [0; 2];
         if let Some(frame) = &frame {
-            for value in [&mut *expected, &mut wanted] {
-                let at = frame.enter([value[0], value[1]]);
-                value[..2].copy_from_slice(&at);
+            [expected[0], expected[1]] = frame.enter([expected[0], expected[1]]);
+            if C::ENCODES {
+                wanted = frame.enter([truth[0], truth[1]]);
             }
         }
+        let wanted = |k: usize| match (C::ENCODES, frame.is_some() && k < 2) {
+            (false, _) => 0,
+            (true, true) => wanted[k],
+            (true, false) => truth[k],
+        };
         let value: &mut Integers = &mut self.memory.last;
         let (mut before, mut mirrored) = (0, false);
         for k in 0..n {
             if k > 0
                 && let Some(recall) = &mut self.recall
-                && let Some(number) = recall.code(coder, &value[..k], expected[k], wanted[k])
+                && let Some(number) = recall.code(coder, &value[..k], expected[k], wanted(k))
             {
                 value[k] = number;
                 before = number.wrapping_sub(expected[k]).unsigned_abs();
                 mirrored = false;
-                self.lengths[from + k] = bit_length(before) as u8;
+                self.lengths[from + k / 2] += Lengths::of(k, before);
                 continue;
             }
             let spread = bit_length(guess.spread[k]).min(12) as usize;
             let last = if k == 0 { usize::from(UNKNOWN) } else { bit_length(before) as usize };
             let contexts = [usize::from(round[k]), guess.sources.min(2) * 13 + spread, last];
-            let off = wanted[k].wrapping_sub(expected[k]);
+            let off = wanted(k).wrapping_sub(expected[k]);
             let residual = self.numbers[k].code(coder, contexts, mirrored, off)?;
             before = residual.unsigned_abs();
             mirrored = residual < 0;
-            self.lengths[from + k] = bit_length(before) as u8;
+            self.lengths[from + k / 2] += Lengths::of(k, before);
             value[k] = expected[k].wrapping_add(residual);
             if k > 0
                 && let Some(recall) = &mut self.recall
@@ -194,17 +204,46 @@ impl ValueModels {
             }
         }
         if let Some(frame) = &frame {
-            let at = frame.leave([value[0], value[1]]).ok_or(CodingError::Number)?;
-            value[..2].copy_from_slice(&at);
+            [value[0], value[1]] = frame.leave([value[0], value[1]]).ok_or(CodingError::Number)?;
         }
         coder.check()?;
-        self.memory.judge(&guess.ways, n);
+        if !guess.ways.is_empty() {
+            self.memory.judge(&guess.ways, n);
+        }
         Ok(())
     }
 }
 
-/// The length of what these models have not coded.
-const NOT_CODED: u8 = u8::MAX;
+/// The lengths of two integers' residuals, in 12 bits each, and above them how many there are: so that they are added all at once.
+struct Lengths;
+
+impl Lengths {
+    /// Those of what these models have not coded.
+    const UNKNOWN: u32 = 0;
+    /// Those of what was as expected.
+    const NOTHING: u32 = 1 << 24;
+    /// The longest, so that the sum of all that may be in a ring stays within 12 bits.
+    const MOST: u32 = 31;
+
+    /// The length of one residual, that of integer `k`.
+    #[inline]
+    fn of(k: usize, residual: u32) -> u32 {
+        bit_length(residual).min(Self::MOST) << (12 * (k & 1))
+    }
+
+    /// The means of a sum, in halves.
+    #[inline]
+    fn means(sum: u32) -> [u8; 2] {
+        let count = sum >> 24;
+        [sum & 0xFFF, sum >> 12 & 0xFFF].map(|sum| {
+            let mean = (2 * sum + count / 2).checked_div(count);
+            mean.map_or(UNKNOWN, |mean| mean.min(UNKNOWN.into()) as u8)
+        })
+    }
+}
+
+/// What the list of ways takes.
+const MOST_WAYS: usize = 4 * size_of::<Integers>();
 /// A context of its own.
 const UNKNOWN: u8 = super::residual::CONTEXTS as u8 - 1;
 

@@ -56,8 +56,12 @@ impl Attributes {
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         self.open(ground, budget)?;
+        let bytes = RoundModels::bytes(&self.columns);
+        budget.take_memory(bytes, 1)?;
         let mut models = RoundModels::new(&self.columns);
         self.bear_corners(ground, &mut models, coder, known, budget)?;
+        drop(models);
+        budget.give_memory(bytes, 1);
         self.bear_triangles(ground, coder, known, budget, |_, _, _, _, _| Ok(()))?;
         self.born(ground.born);
         Ok(())
@@ -92,7 +96,11 @@ impl Attributes {
         budget.take_memory(self.wedges.count() as usize, 4 * integers)?;
         budget.take_work(WORK_A_CORNER * 3 * walk.triangles.len() as u64)?;
         budget.take_work(WORK_A_VALUE * u64::from(self.wedges.count()) * born.len() as u64)?;
-        budget.take_memory(mesh.table.vertex_slots() / 8 + size_of::<usize>(), 1)?;
+        // Which vertices the pass has been to, and which wedges from before are theirs.
+        let marks = [mesh.table.vertex_slots(), self.wedges.count() as usize];
+        let marks: usize = marks.iter().map(|count| count / 8 + size_of::<usize>()).sum();
+        budget.take_memory(marks, 1)?;
+        models.taken = BitVec::repeat(false, self.wedges.count() as usize);
         let old = self.corner_columns();
         let mut seen: BitVec = BitVec::repeat(false, mesh.table.vertex_slots());
         let mut corners = Vec::new();
@@ -107,12 +115,13 @@ impl Attributes {
                 corners.clear();
                 // Where there is an end to go from, the fan goes from there.
                 corners.extend(fan(&mesh.table, if is_boundary { mesh.table.corner_of(v) } else { first }));
-                self.round(models, vicinity, &mut corners, |w| seen[w.index()], coder, known, budget)?;
+                self.round(models, vicinity, &mut corners, |w| seen[w.index()], None, coder, known, budget)?;
                 seen.set(v.index(), true);
                 coder.check()?;
             }
         }
-        budget.give_memory(mesh.table.vertex_slots() / 8 + size_of::<usize>(), 1);
+        models.taken = BitVec::new();
+        budget.give_memory(marks, 1);
         self.count = self.wedges.count();
         Ok(())
     }
@@ -139,6 +148,8 @@ impl Attributes {
             if !self.columns[k].kind.is_coded_at(Domain::Triangle) {
                 continue;
             }
+            let bytes = CornerModels::bytes(&self.columns[k]);
+            budget.take_memory(bytes, 1)?;
             let mut models = CornerModels::new(&self.columns[k]);
             if born.contains(&k) {
                 budget.take_work(WORK_A_CORNER * walk.triangles.len() as u64)?;
@@ -161,6 +172,7 @@ impl Attributes {
                 }
             }
             behind(self, k, &mut models, coder, budget)?;
+            budget.give_memory(bytes, 1);
         }
         if !born.is_empty() {
             budget.give_memory(table.slots(), size_of::<u32>());

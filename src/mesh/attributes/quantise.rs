@@ -228,13 +228,6 @@ pub(crate) fn octahedral(vector: [f64; 3], radius: i32) -> [i32; 2] {
     best.0
 }
 
-/// Octahedral coordinates of a direction near to that of a vector: rounded, which is quick, and seldom another one than the nearest.
-#[inline]
-pub(crate) fn near_octahedral(vector: [f64; 3], radius: i32) -> [i32; 2] {
-    let Some(q) = folded(vector, radius) else { return [0, 0] };
-    canonical(q.map(|x| ((x + 0.5).floor() as i32).clamp(-radius, radius)), radius)
-}
-
 /// The octahedral coordinates of a vector, not rounded; `None` where it has no direction.
 #[inline]
 fn folded([x, y, z]: [f64; 3], radius: i32) -> Option<[f64; 2]> {

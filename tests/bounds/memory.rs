@@ -208,7 +208,9 @@ fn models_of_attributes() {
         mesh.attributes
             .push(Attribute { name, ..Attribute::new(Semantic::Color, 4, values, corners.clone()) });
     }
-    for (name, options) in [("whole", flat()), ("refined", Options::default())] {
+    let mut coarse = Options::default();
+    coarse.simplify.base_vertices = Some(10);
+    for (name, options) in [("whole", flat()), ("refined", coarse)] {
         let file = encoded(&mesh, options);
         just_enough(name, &file, whole(&file));
     }

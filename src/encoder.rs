@@ -33,7 +33,7 @@ use places::Places;
 use std::io::Write;
 use std::time::Instant;
 
-pub use options::{AttributeBirth, Keyframes, LatticeChoice, Options, Preview, Profile};
+pub use options::{AttributeBirth, FEW, Keyframes, LatticeChoice, Options, Preview, Profile};
 pub use report::{Joined, Report, Seconds};
 pub use resources::{Place, Resource};
 
@@ -165,7 +165,9 @@ impl<'a> Encoder<'a> {
         simplified.base = simplified.base.compacted();
         let base = simplified.base.clone();
         let roots = Roots::choose(&base);
-        let options = Options { position_bits: lattice.bits, ..self.options.clone() };
+        let rich_models = self.options.has_rich_models(quantised.len());
+        let options =
+            Options { position_bits: lattice.bits, rich_models: Some(rich_models), ..self.options.clone() };
         let labelling = finish.label(&simplified, &quantised, &self.options);
         let measured = labelling.as_ref().map(|_| finish.measured(&simplified, &quantised));
         let mut mesh_at_base = ProgressiveMesh { table: base, positions: quantised, roots };
@@ -183,7 +185,7 @@ impl<'a> Encoder<'a> {
         let maximum = lattice.quantise(max).map(|x| x as u32);
         let mut file =
             FileBuilder::new(lattice, maximum, level_entries(&simplified, &levels, &places, &lattice));
-        file.coding = Coding { lifting: places.lifting, rich_models: options.rich_models };
+        file.coding = Coding { lifting: places.lifting, rich_models };
         let mut report = Report::new(found, &simplified, mesh.diagonal());
         report.dropped = self.source.dropped.clone();
         report.locked_vertices = locked_vertices;

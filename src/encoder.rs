@@ -35,7 +35,7 @@ use set::Membership;
 use std::io::Write;
 use std::time::Instant;
 
-pub use options::{AttributeBirth, Keyframes, LatticeChoice, Options, Preview, Profile};
+pub use options::{AttributeBirth, FEW, Keyframes, LatticeChoice, Options, Preview, Profile};
 pub use report::{Joined, Report, Seconds};
 pub use resources::{Place, Resource};
 pub use set::{SetInput, SetMember, SetOrder, SetReport, encode_set};
@@ -177,7 +177,9 @@ impl<'a> Encoder<'a> {
         simplified.base = simplified.base.compacted();
         let base = simplified.base.clone();
         let roots = Roots::choose(&base);
-        let options = Options { position_bits: lattice.bits, ..self.options.clone() };
+        let rich_models = self.options.has_rich_models(quantised.len());
+        let options =
+            Options { position_bits: lattice.bits, rich_models: Some(rich_models), ..self.options.clone() };
         let labelling = finish.label(&simplified, &quantised, &self.options);
         let measured = labelling.as_ref().map(|_| finish.measured(&simplified, &quantised));
         let mut mesh_at_base = ProgressiveMesh { table: base, positions: quantised, roots };
@@ -205,7 +207,7 @@ impl<'a> Encoder<'a> {
             [level.max_error, level.rms_error] = [level.max_error + max, level.rms_error + rms];
         }
         let mut file = FileBuilder::new(lattice, maximum, entries);
-        file.coding = Coding { lifting: places.lifting, rich_models: options.rich_models };
+        file.coding = Coding { lifting: places.lifting, rich_models };
         let mut report = Report::new(found, &simplified, mesh.diagonal());
         report.dropped = self.source.dropped.clone();
         report.locked_vertices = locked_vertices;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use unweld::Error;
 use unweld::container::{Atom, Contents, Part, Plan, Want, parse_contents, plan, plan_from_keyframe};
 use unweld::decoder::{self, Decoder, Event, Until};
-use unweld::encoder::{Encoder, Keyframes, Options, Preview, Profile};
+use unweld::encoder::{Encoder, FEW, Keyframes, Options, Preview, Profile};
 use unweld::limits::Limits;
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::{IndexedMesh, Triangle, shapes};
@@ -330,12 +330,19 @@ fn profiles_do_what_their_names_say() {
     }
 }
 
-/// Three models for a decision tell more than two.
+/// Six models for a decision tell more than one; where nobody says which, a small mesh has them, a large one has not.
 #[test]
 fn rich_models_take_fewer_bytes() {
+    for (mesh, few) in [(shapes::bumpy_sphere(3, 3), true), (shapes::torus(65, 64), false)] {
+        assert_eq!(mesh.positions.len() <= FEW, few);
+        let file = Encoder::new(Options { lifting: 0, ..Options::default() }).encode_to_vec(&mesh).unwrap();
+        assert_eq!(parse_contents(&file).unwrap().unwrap().header.coding.rich_models, few);
+    }
     let mesh = shapes::bumpy_sphere(5, 3);
     let [plain, rich] = [false, true].map(|rich_models| {
-        Encoder::new(Options { rich_models, ..Options::default() }).encode_to_vec(&mesh).unwrap()
+        Encoder::new(Options { rich_models: Some(rich_models), ..Options::default() })
+            .encode_to_vec(&mesh)
+            .unwrap()
     });
     assert!(rich.len() < plain.len(), "{} bytes instead of {}", rich.len(), plain.len());
     let [plain, rich] =

@@ -398,8 +398,8 @@ impl LevelPass {
             let shapes = context::edges(cells(2), cells(0), cells(1), cells(3));
             for (i, asked) in four.iter_mut().enumerate() {
                 let edges = round[i].map(|v| self.extents.at(v).edges);
-                let far = if asked.right.is_some() { edges[2] + edges[3] } else { 0 };
-                asked.round = Round::new(shapes[i].angle, edges[0] + edges[1], far);
+                let at = round[i].map(|v| self.extents.cell(v));
+                asked.round = Round::new(shapes[i].angle, at, edges, asked.right.is_none());
             }
         }
     }

@@ -104,7 +104,7 @@ impl<'a> Levels<'a> {
     pub fn code(&mut self, progress: &mut dyn FnMut(u64, u64) -> Result<()>) -> Result<()> {
         let total = self.simplified.history.operations().len() as u64;
         let mut done = 0;
-        let mut models = SegmentModels::new(self.options.rich_models);
+        let mut models = SegmentModels::new(self.options.rich_models == Some(true));
         self.compare(self.simplified.history.level_count());
         for j in (0..self.simplified.history.level_count()).rev() {
             progress(done, total)?;

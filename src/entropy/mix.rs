@@ -1,7 +1,8 @@
 //! Logistic mixing of binary models, in integers (Mahoney 2005, PAQ; spec §6.5).
 //!
 //! Several models, each of another context, say how likely a decision is. What they say is stretched to ln(p / (1 - p)), summed with
-//! weights, and squashed again; the weights learn which of the models is to be trusted.
+//! weights, and squashed again; the weights learn which of the models is to be trusted. There are three sets of weights for each decision, which
+//! are averaged; and what was thought so likely before has turned out more or less so.
 
 use super::BitCoder;
 use super::model::Bit;
@@ -16,9 +17,7 @@ const CURVE: [u16; 33] = [
 const LIMIT: i32 = 2048;
 
 /// By stretched probability + LIMIT: the probability, in units of 2^-16.
-static SQUASHED: [u16; 2 * LIMIT as usize] = SQUASHED_TABLE;
-
-const SQUASHED_TABLE: [u16; 2 * LIMIT as usize] = {
+static SQUASHED: [u16; 2 * LIMIT as usize] = {
     let mut table = [0; 2 * LIMIT as usize];
     let mut n = 0;
     while n < table.len() {
@@ -43,7 +42,7 @@ static STRETCHED: [i16; 4096] = {
     let mut n = 0;
     let mut x = 0;
     while n < table.len() {
-        while x < 2 * LIMIT - 1 && (SQUASHED_TABLE[x as usize] as usize) < 16 * n + 8 {
+        while x < 2 * LIMIT - 1 && (SQUASHED[x as usize] as usize) < 16 * n + 8 {
             x += 1;
         }
         table[n] = (x - LIMIT) as i16;
@@ -66,12 +65,12 @@ pub const fn squash(x: i32) -> u16 {
     } else {
         x
     };
-    SQUASHED_TABLE[(x + LIMIT) as usize]
+    SQUASHED[(x + LIMIT) as usize]
 }
 
 /// How far each of some models is trusted.
 ///
-/// Invariant: weights stay within ±[`HEAVIEST`], so that sums of up to four products stay within 32 bits.
+/// Invariant: weights stay within ±[`HEAVIEST`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Mixer<const N: usize> {
     /// In units of 2^-16.
@@ -81,36 +80,78 @@ pub struct Mixer<const N: usize> {
 const HEAVIEST: i32 = (1 << 18) - 1;
 /// An error of a whole and a stretched probability of 1 change a weight by 2^-RATE * 2^8: 1/64.
 const RATE: u32 = 14;
+/// About how many decisions a mixed model remembers: there are others that remember longer what is rare.
+const MEMORY: u8 = 30;
 
 impl<const N: usize> Mixer<N> {
-    /// One with these weights, in units of 2^-16.
-    pub const fn new(weights: [i32; N]) -> Self {
-        const { assert!(N <= 4) };
-        Self { weights }
+    /// One that trusts all alike, a little more than an average would: they do not all tell the same.
+    pub const ALIKE: Self = Self { weights: [(6 << 16) / (5 * N as i32); N] };
+
+    /// The sum of what models say, stretched.
+    #[inline]
+    fn mixed(&self, stretched: &[i32; N]) -> i32 {
+        let products =
+            self.weights.iter().zip(stretched).map(|(&weight, &x)| i64::from(weight) * i64::from(x));
+        (products.sum::<i64>() >> 16).clamp(-i64::from(LIMIT), i64::from(LIMIT - 1)) as i32
     }
 
-    /// Codes a decision under all of `models`, which learn it.
+    /// Learns what came where it had `mixed` what models said.
     #[inline]
-    pub fn code<C: BitCoder>(
-        &mut self,
-        coder: &mut C,
-        models: [&mut Bit; N],
-        known: impl FnOnce() -> bool,
-    ) -> bool {
-        let stretched: [i32; N] = std::array::from_fn(|i| stretch(*models[i]));
-        let sum: i32 = (0..N).map(|i| self.weights[i] * stretched[i]).sum();
-        let mixed = (sum >> 16).clamp(-LIMIT, LIMIT - 1);
-        let zero = i32::from(SQUASHED[(mixed + LIMIT) as usize & (2 * LIMIT as usize - 1)]);
-        let bit = coder.decide(zero as u32, known);
-        let error = (i32::from(!bit) << 16) - zero;
+    fn learn(&mut self, stretched: &[i32; N], mixed: i32, bit: bool) {
+        let error = (i32::from(!bit) << 16) - i32::from(squash(mixed));
         for (weight, x) in self.weights.iter_mut().zip(stretched) {
             *weight = (*weight + ((error * x + (1 << (RATE - 1))) >> RATE)).clamp(-HEAVIEST, HEAVIEST);
         }
-        for model in models {
-            model.learn(bit);
-        }
-        bit
     }
+}
+
+/// How decisions turn out that were thought to be so likely, by stretched probability in steps of 256 (secondary estimation, as in PAQ).
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Outcomes([Bit; STEPS + 1]);
+
+const STEPS: usize = 16;
+const _: () = assert!(STEPS == 2 * LIMIT as usize / 256);
+
+impl Outcomes {
+    /// Before anything is known: as likely as thought.
+    pub const NEW: Self = {
+        let mut bits = [Bit::NEW; STEPS + 1];
+        let mut step = 0;
+        while step <= STEPS {
+            bits[step] = Bit::known(squash(256 * step as i32 - LIMIT), 4);
+            step += 1;
+        }
+        Self(bits)
+    };
+}
+
+/// Codes a decision under all of `models`, which learn it: as the `mixers`, each picked by another context, have it in the mean, and half of
+/// it as such decisions turned out before.
+#[inline]
+pub fn mixed<C: BitCoder, const N: usize>(
+    coder: &mut C,
+    mixers: [&mut Mixer<N>; 3],
+    outcomes: &mut Outcomes,
+    models: [&mut Bit; N],
+    known: impl FnOnce() -> bool,
+) -> bool {
+    let stretched: [i32; N] = std::array::from_fn(|i| stretch(*models[i]));
+    let each = [0, 1, 2].map(|k: usize| mixers[k].mixed(&stretched));
+    let place = (each[0] + each[1] + each[2]).div_euclid(3) + LIMIT;
+    // Within the steps: the mean of numbers below LIMIT is below it.
+    let (step, part) = ((place >> 8) as usize & (STEPS - 1), place as u32 & 255);
+    let [low, high] = [step, step + 1].map(|step| outcomes.0[step].zero());
+    let turned_out = (low * (256 - part) + high * part) >> 8;
+    let zero = (u32::from(squash(place - LIMIT)) + turned_out + 1) >> 1;
+    let bit = coder.decide(zero, known);
+    for (mixer, mixed) in mixers.into_iter().zip(each) {
+        mixer.learn(&stretched, mixed, bit);
+    }
+    outcomes.0[step + usize::from(part >= 128)].learn(bit);
+    for model in models {
+        model.learn_as_one_of::<MEMORY>(bit);
+    }
+    bit
 }
 
 #[cfg(test)]
@@ -142,34 +183,48 @@ mod tests {
     proptest! {
         #[test]
         fn decisions_come_back(items in prop::collection::vec((0..3usize, 0..5usize, any::<bool>()), 0..2000)) {
-            let fresh = || ([Bit::NEW; 3], [Bit::NEW; 5], Mixer::new([40_000, 40_000]));
+            let fresh = || ([Bit::NEW; 3], [Bit::NEW; 5], [Mixer::ALIKE; 5], Outcomes::NEW);
             let mut encoder = RangeEncoder::default();
-            let (mut a, mut b, mut mixer) = fresh();
+            let (mut a, mut b, mut mixers, mut outcomes) = fresh();
             for &(i, j, bit) in &items {
-                mixer.code(&mut encoder, [&mut a[i], &mut b[j]], || bit);
+                code(&mut encoder, &mut mixers, (i, j), &mut outcomes, [&mut a[i], &mut b[j]], || bit);
             }
             let bytes = encoder.finish();
             let mut decoder = RangeDecoder::new(&bytes);
-            let (mut a, mut b, mut mixer) = fresh();
+            let (mut a, mut b, mut mixers, mut outcomes) = fresh();
             for &(i, j, bit) in &items {
-                prop_assert_eq!(mixer.code(&mut decoder, [&mut a[i], &mut b[j]], || unreachable!()), bit);
+                let models = [&mut a[i], &mut b[j]];
+                prop_assert_eq!(code(&mut decoder, &mut mixers, (i, j), &mut outcomes, models, || unreachable!()), bit);
             }
             decoder.finish().unwrap();
         }
+    }
+
+    /// Under three of five mixers: two of them change with the contexts.
+    fn code<C: BitCoder, const N: usize>(
+        coder: &mut C,
+        mixers: &mut [Mixer<N>; 5],
+        (i, j): (usize, usize),
+        outcomes: &mut Outcomes,
+        models: [&mut Bit; N],
+        known: impl FnOnce() -> bool,
+    ) -> bool {
+        let (left, right) = mixers.split_at_mut(2);
+        let (middle, right) = right.split_at_mut(1);
+        mixed(coder, [&mut left[i % 2], &mut middle[0], &mut right[j % 2]], outcomes, models, known)
     }
 
     /// Whatever is learnt, weights stay in bounds: a model that is always wrong, one that is always right, both turned round again
     /// and again.
     #[test]
     fn weights_stay_in_bounds() {
-        let mut mixer = Mixer::new([0; 4]);
+        let mut mixers = [Mixer::<6>::ALIKE; 3];
+        let mut outcomes = Outcomes::NEW;
         let mut encoder = RangeEncoder::default();
-        for k in 0..200_000u32 {
-            let sure = |zero: u16| Bit::known(zero, 0);
-            let mut models = [sure(32), sure(65504), sure(32), sure(65504)];
-            let [a, b, c, d] = &mut models;
-            mixer.code(&mut encoder, [a, b, c, d], || k / 50_000 % 2 == 0);
-            assert!(mixer.weights.iter().all(|w| w.abs() <= HEAVIEST));
+        for k in 0..100_000u32 {
+            let mut models = [32, 65504, 32, 65504, 32, 65504].map(|zero| Bit::known(zero, 0));
+            mixed(&mut encoder, mixers.each_mut(), &mut outcomes, models.each_mut(), || k / 25_000 % 2 == 0);
+            assert!(mixers[0].weights.iter().all(|w| w.abs() <= HEAVIEST));
         }
     }
 
@@ -178,16 +233,36 @@ mod tests {
     fn the_better_model_is_trusted() {
         for better in [0, 1] {
             let mut encoder = RangeEncoder::default();
-            let mut mixer = Mixer::new([40_000; 2]);
+            let (mut mixers, mut outcomes) = ([Mixer::ALIKE; 3], Outcomes::NEW);
             let mut models = [[Bit::NEW; 2]; 2];
             for k in 0..4000usize {
                 let bit = k % 7 < 3;
                 let mut contexts = [k % 2; 2];
                 contexts[better] = usize::from(bit);
                 let [first, second] = &mut models;
-                mixer.code(&mut encoder, [&mut first[contexts[0]], &mut second[contexts[1]]], || bit);
+                let chosen = [&mut first[contexts[0]], &mut second[contexts[1]]];
+                mixed(&mut encoder, mixers.each_mut(), &mut outcomes, chosen, || bit);
             }
             assert!(encoder.bits() < 200.0, "{}", encoder.bits());
         }
+    }
+
+    /// A model that is sure where it ought not to be: outcomes tell, though no weight can.
+    #[test]
+    fn what_is_thought_too_likely_is_seen() {
+        let bits = |learns: bool| {
+            let mut encoder = RangeEncoder::default();
+            let (mut mixers, mut outcomes) = ([Mixer::<1>::ALIKE; 3], Outcomes::NEW);
+            for k in 0..4000u32 {
+                let mut sure = Bit::known(60_000, 0);
+                mixers = [Mixer::ALIKE; 3];
+                if !learns {
+                    outcomes = Outcomes::NEW;
+                }
+                mixed(&mut encoder, mixers.each_mut(), &mut outcomes, [&mut sure], || k % 3 == 0);
+            }
+            encoder.bits()
+        };
+        assert!(bits(true) < 0.85 * bits(false));
     }
 }

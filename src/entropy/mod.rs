@@ -7,7 +7,7 @@ pub mod range;
 pub mod symbol;
 pub mod varint;
 
-pub use mix::Mixer;
+pub use mix::{Mixer, Outcomes};
 pub use model::Bit;
 pub use number::{NumberModel, uniform};
 pub use range::RangeDecoder;

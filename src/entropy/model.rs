@@ -56,11 +56,18 @@ impl Bit {
     /// Learns a decision.
     #[inline]
     pub fn learn(&mut self, bit: bool) {
+        self.learn_as_one_of::<LIMIT>(bit);
+    }
+
+    /// Learns a decision, and remembers about the last `MOST`, which are at most 60.
+    #[inline]
+    pub fn learn_as_one_of<const MOST: u8>(&mut self, bit: bool) {
+        const { assert!(MOST <= LIMIT) };
         let rate = i32::from(RATES[self.count as usize & 63]);
         let target = select_unpredictable(bit, 32, 65504);
         let zero = i32::from(self.zero);
         self.zero = (zero + (((target - zero) * (rate >> 1)) >> 15)) as u16;
-        self.count += u8::from(self.count < LIMIT);
+        self.count += u8::from(self.count < MOST);
     }
 }
 

@@ -86,7 +86,7 @@ fn any_options(choices: &mut Choices) -> encoder::Options {
         lifting: choices.below(33) as u8,
         exact: [None, Some(Real::Binary64)][choices.below(2)],
         keep_order: choices.below(2) == 1,
-        rich_models: choices.below(2) == 1,
+        rich_models: [None, Some(false), Some(true)][choices.below(3)],
         ..encoder::Options::default()
     };
     options.simplify.base_vertices = Some(choices.below(8));

@@ -13,8 +13,11 @@ pub struct Looked {
     pub size: f32,
     /// Rich models alone have these.
     pub angle: usize,
-    pub ends: i64,
-    pub far: i64,
+    /// Of a, b, l and r.
+    pub edges: [i64; 4],
+    /// Classes of the sides a–l, b–l, a–r, b–r, and of how far l and r are from the middle.
+    pub sides: [usize; 4],
+    pub heights: [usize; 2],
 }
 
 /// Of a split.
@@ -53,12 +56,20 @@ impl Looked {
         let (at_a, at_b) = (of(k.0), of(k.1));
         let (count, total) = (at_a.edges + at_b.edges, at_a.squares.wrapping_add(at_b.squares));
         let square = d2(cell(k.0), cell(k.1));
+        let over = larger(square, 1.0);
+        let [a, b, l, r] = [k.0, k.1, left, right.unwrap_or(left)].map(&cell);
+        let side = |end, tip| (exponent(d2(end, tip) / over) + 3).clamp(0, 5) as usize;
+        let height = |tip| {
+            let twice = Vector::between(tip, a) + Vector::between(tip, b);
+            (exponent(dot(twice, twice) / over) + 1).clamp(0, 5) as usize
+        };
         Some(Self {
             square,
             size: (square * count as f32) / larger(total as f32, 1.0),
-            angle: flip([left, right.unwrap_or(left), k.0, k.1].map(&cell)).angle / 2,
-            ends: count,
-            far: right.map_or(0, |right| of(left).edges + of(right).edges),
+            angle: flip([l, r, a, b]).angle / 2,
+            edges: [at_a.edges, at_b.edges, of(left).edges, of(right.unwrap_or(left)).edges],
+            sides: [side(a, l), side(b, l), side(a, r), side(b, r)],
+            heights: [height(l), height(r)],
         })
     }
 }
@@ -115,9 +126,11 @@ fn the_square_of_chapter_5() {
     }
     let looked = |k| Looked::at(&mesh, k, cell).unwrap();
     let context = |k| split(&mesh, k, looked(k), |_| false);
-    let at_ab = Looked { square: 65025.0, size: 5.0 / 6.0, angle: 13, ends: 5, far: 0 };
+    let (edges, sides, heights) = ([3, 2, 3, 3], [4, 3, 4, 3], [3, 3]);
+    let at_ab = Looked { square: 65025.0, size: 5.0 / 6.0, angle: 13, edges, sides, heights };
     assert_eq!(context((a, b)), Split { kind: 1, closed: 1, class: 8, length: 63, looked: at_ab });
-    let at_ca = Looked { square: 130050.0, size: 1.5, angle: 8, ends: 6, far: 4 };
+    let (edges, sides, heights) = ([3, 3, 2, 2], [2; 4], [1, 1]);
+    let at_ca = Looked { square: 130050.0, size: 1.5, angle: 8, edges, sides, heights };
     assert_eq!(context((c, a)), Split { kind: 0, closed: 4, class: 12, length: 67, looked: at_ca });
 }
 

@@ -5,7 +5,7 @@ use std::array;
 use super::container::Result;
 use super::contexts::{Flip, Split};
 use super::entropy::{Code, Model};
-use super::mix::{self, squash};
+use super::mix::{self, ALIKE, Outcomes, squash};
 
 /// The models of splits, and the weights of those that are mixed.
 pub struct Splits {
@@ -18,7 +18,13 @@ pub struct Splits {
 struct RichSplits {
     angles: [[[[Model; 20]; 16]; 5]; 2],
     valences: [[[Model; 10]; 10]; 10],
-    weights: [[[i64; 3]; 5]; 2],
+    each: Vec<Model>,
+    sides: [[Vec<Model>; 5]; 2],
+    heights: [[Vec<[Model; 10]>; 5]; 2],
+    by_closed: [[[i64; 6]; 5]; 2],
+    by_valence: [[[i64; 6]; 10]; 10],
+    by_length: [[i64; 6]; 20],
+    out: [[Outcomes; 5]; 2],
 }
 
 impl Splits {
@@ -36,7 +42,13 @@ impl Splits {
             RichSplits {
                 angles: closed.map(|of_kind| of_kind.map(|x| angle.map(|y| class.map(|z| known(x + y + z))))),
                 valences: ends.map(|x| far.map(|y| half.map(|z| known(x + y + z)))),
-                weights: [[[20480, 22528, 36864]; 5]; 2],
+                each: vec![Model::FRESH; 7 * 7 * 7 * 7],
+                sides: array::from_fn(|_| array::from_fn(|_| vec![Model::FRESH; 6 * 6 * 6 * 6])),
+                heights: array::from_fn(|_| array::from_fn(|_| vec![[Model::FRESH; 10]; 6 * 6])),
+                by_closed: [[ALIKE; 5]; 2],
+                by_valence: [[ALIKE; 10]; 10],
+                by_length: [ALIKE; 20],
+                out: array::from_fn(|_| array::from_fn(|_| Outcomes::fresh())),
             }
         });
         Self { beside, alone: [[[Model::FRESH; 199]; 5]; 2], by_itself: Model::FRESH, rich }
@@ -54,10 +66,34 @@ impl Splits {
             return code.read(if by_itself { alone } else { beside });
         };
         let angles = &mut rich.angles[at.kind][at.closed][at.looked.angle][at.class];
-        let [ends, far] = [at.looked.ends, at.looked.far].map(|edges| (edges - 8).clamp(0, 9) as usize);
-        let valences = &mut rich.valences[ends][far][at.class / 2];
-        mix::read(code, &mut rich.weights[at.kind][at.closed], [angles, alone, valences])
+        let [a, b, l, r] = at.looked.edges;
+        let sum = |x: i64, y: i64| (x + y - 8).clamp(0, 9) as usize;
+        let (ends, far) = (sum(a, b), if at.kind == 1 { 0 } else { sum(l, r) });
+        let few = |edges: i64| (edges - 3).clamp(0, 6) as usize;
+        let each = 49 * pair(few(a), few(b), 7) + pair(few(l), few(r), 7);
+        let [al, bl, ar, br] = at.looked.sides;
+        let sides = 36 * pair(al, bl, 6) + pair(ar, br, 6);
+        let heights = pair(at.looked.heights[0], at.looked.heights[1], 6);
+        let models = [
+            angles,
+            alone,
+            &mut rich.valences[ends][far][at.class / 2],
+            &mut rich.each[each],
+            &mut rich.sides[at.kind][at.closed][sides],
+            &mut rich.heights[at.kind][at.closed][heights][at.class / 2],
+        ];
+        let weights = [
+            &mut rich.by_closed[at.kind][at.closed],
+            &mut rich.by_valence[ends][far],
+            &mut rich.by_length[at.class],
+        ];
+        mix::read(code, weights, &mut rich.out[at.kind][at.closed], models)
     }
+}
+
+/// Both, in either order, of so many.
+fn pair(x: usize, y: usize, of: usize) -> usize {
+    of * x.min(y) + x.max(y)
 }
 
 /// The models of flips, and the weights of those that are mixed.
@@ -70,7 +106,13 @@ struct RichFlips {
     shape: [[[Model; 32]; 5]; 3],
     reach: [[[[Model; 16]; 12]; 3]; 4],
     valences: [[[Model; 4]; 8]; 12],
-    weights: [[[i64; 3]; 3]; 4],
+    each: [[[Model; 4]; 8]; 49],
+    excess_reach: [[[Model; 8]; 12]; 8],
+    excess_bend: [[[[Model; 5]; 8]; 3]; 4],
+    by_flips: [[[i64; 6]; 3]; 4],
+    by_excess: [[i64; 6]; 8],
+    by_reach: [[[i64; 6]; 12]; 3],
+    out: [Outcomes; 4],
 }
 
 impl Flips {
@@ -93,7 +135,13 @@ impl Flips {
                 shape: array::from_fn(|_| bend.map(|x| fine.map(|y| known(x + y)))),
                 reach: both.map(|of_flips| of_flips.map(|x| reach.map(|y| angle.map(|z| known(x + y + z))))),
                 valences: ends.map(|x| far.map(|y| flips.map(|z| known(x + y + z)))),
-                weights: [[[23552, 26624, 46080]; 3]; 4],
+                each: [[[Model::FRESH; 4]; 8]; 49],
+                excess_reach: [[[Model::FRESH; 8]; 12]; 8],
+                excess_bend: [[[[Model::FRESH; 5]; 8]; 3]; 4],
+                by_flips: [[ALIKE; 3]; 4],
+                by_excess: [ALIKE; 8],
+                by_reach: [[ALIKE; 12]; 3],
+                out: array::from_fn(|_| Outcomes::fresh()),
             }
         });
         Self {
@@ -104,16 +152,27 @@ impl Flips {
 
     pub fn read(&mut self, code: &mut Code, at: Flip) -> Result<bool> {
         let [p, q, r] = at.valences;
+        let excess = (p + q - r - at.flips as i64 - 2).clamp(0, 7) as usize;
+        let flips = at.flips.min(3);
         let Some(rich) = &mut self.rich else {
-            let excess = (p + q - r - at.flips as i64 - 2).clamp(0, 7) as usize;
-            return code.read(&mut self.shape[excess][at.end][at.flips.min(3)][at.angle / 4]);
+            return code.read(&mut self.shape[excess][at.end][flips][at.angle / 4]);
         };
         let (ends, far) = ((p + q - 6).clamp(0, 11) as usize, (r - 3).clamp(0, 7) as usize);
-        let flips = at.flips.min(3);
-        let valences = &mut rich.valences[ends][far][flips];
-        let shape = &mut rich.shape[at.end][at.bend][at.angle];
-        let reach = &mut rich.reach[flips][at.closed][at.reach][at.angle / 2];
-        mix::read(code, &mut rich.weights[flips][at.closed], [shape, reach, valences])
+        let few = |edges: i64| (edges - 3).clamp(0, 6) as usize;
+        let models = [
+            &mut rich.shape[at.end][at.bend][at.angle],
+            &mut rich.reach[flips][at.closed][at.reach][at.angle / 2],
+            &mut rich.valences[ends][far][flips],
+            &mut rich.each[pair(few(p), few(q), 7)][far][flips],
+            &mut rich.excess_reach[excess][at.reach][at.angle / 4],
+            &mut rich.excess_bend[flips][at.closed][excess][at.bend],
+        ];
+        let weights = [
+            &mut rich.by_flips[flips][at.closed],
+            &mut rich.by_excess[excess],
+            &mut rich.by_reach[at.end][at.reach],
+        ];
+        mix::read(code, weights, &mut rich.out[flips], models)
     }
 }
 

@@ -193,7 +193,12 @@ impl Model {
 
     /// One that is known beforehand, as if it had learnt from six decisions.
     pub fn known(zero: i64) -> Self {
-        Self { zero, count: 6 }
+        Self::known_from(zero, 6)
+    }
+
+    /// One that is known as if learnt from so many.
+    pub fn known_from(zero: i64, count: i64) -> Self {
+        Self { zero, count }
     }
 
     pub fn zero(&self) -> i64 {
@@ -201,10 +206,15 @@ impl Model {
     }
 
     pub fn learn(&mut self, bit: bool) {
+        self.learn_up_to(bit, 60);
+    }
+
+    /// The same, but it counts up to `most`.
+    pub fn learn_up_to(&mut self, bit: bool, most: i64) {
         let target = if bit { 32 } else { 65504 };
         let rate = (131_073 + self.count) / (2 * self.count + 3);
         self.zero += ((target - self.zero) * (rate >> 1)) >> 15;
-        self.count = (self.count + 1).min(60);
+        self.count = (self.count + 1).min(most);
     }
 }
 

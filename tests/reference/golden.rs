@@ -29,8 +29,13 @@ pub fn path(name: &str) -> PathBuf {
 /// What the encoder wrote, with what it wrote it from.
 fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
     let small = |bits, base, seed| {
-        let mut options =
-            Options { position_bits: bits, atom_bytes: 60, preview: Preview::Off, ..Options::default() };
+        let mut options = Options {
+            position_bits: bits,
+            atom_bytes: 60,
+            preview: Preview::Off,
+            rich_models: Some(false),
+            ..Options::default()
+        };
         options.simplify.base_vertices = Some(base);
         options.simplify.seed = seed;
         // Many levels of a small mesh.
@@ -72,7 +77,7 @@ fn vectors() -> Vec<(&'static str, IndexedMesh, Options)> {
         (
             "torus.uwm",
             torus,
-            Options { keyframes: Keyframes::Every(4), rich_models: true, ..small(10, 12, 3) },
+            Options { keyframes: Keyframes::Every(4), rich_models: Some(true), ..small(10, 12, 3) },
         ),
         ("sphere.uwm", snapped(shapes::sphere(1)), Options { keyframes: Keyframes::Every(3), ..sphere }),
         ("exact.uwm", disc.clone(), Options { exact: Some(Real::Binary32), ..small(9, 4, 4) }),

@@ -1,5 +1,6 @@
 //! Chapter 6.5: decisions mixed of several models.
 
+use std::array;
 use std::sync::OnceLock;
 
 use super::container::Result;
@@ -23,21 +24,42 @@ pub fn stretch(zero: i64) -> i64 {
     TABLE.get_or_init(|| (0..4096).map(least).collect())[zero as usize / 16]
 }
 
-/// mixed(w, m).
-pub fn read<const N: usize>(
-    code: &mut Code,
-    weights: &mut [i64; N],
-    models: [&mut Model; N],
-) -> Result<bool> {
-    let stretched: Vec<i64> = models.iter().map(|m| stretch(m.zero())).collect();
-    let sum: i64 = weights.iter().zip(&stretched).map(|(weight, x)| weight * x).sum();
-    let zero = squash(sum >> 16);
-    let bit = code.decide(zero as u64)?;
-    let error = if bit { 0 } else { 65536 } - zero;
-    for (weight, x) in weights.iter_mut().zip(stretched) {
-        *weight = (*weight + ((error * x + 8192) >> 14)).clamp(-262_143, 262_143);
+/// Weights before anything is learnt.
+pub const ALIKE: [i64; 6] = [13107; 6];
+
+/// What came of decisions that were thought so likely.
+#[derive(Clone)]
+pub struct Outcomes([Model; 17]);
+
+impl Outcomes {
+    pub fn fresh() -> Self {
+        Self(array::from_fn(|i| Model::known_from(squash(256 * i as i64 - 2048), 4)))
     }
-    models.into_iter().for_each(|m| m.learn(bit));
+}
+
+/// mixed(w, out, m).
+pub fn read(
+    code: &mut Code,
+    weights: [&mut [i64; 6]; 3],
+    Outcomes(out): &mut Outcomes,
+    models: [&mut Model; 6],
+) -> Result<bool> {
+    let x = models.each_ref().map(|m| stretch(m.zero()));
+    let sum = |w: &[i64; 6]| w.iter().zip(x).map(|(weight, x)| weight * x).sum::<i64>();
+    let said = weights.each_ref().map(|w| (sum(w) >> 16).clamp(-2048, 2047));
+    let place = said.iter().sum::<i64>().div_euclid(3) + 2048;
+    let (i, part) = ((place / 256) as usize, place % 256);
+    let turned_out = (out[i].zero() * (256 - part) + out[i + 1].zero() * part) >> 8;
+    let zero = (squash(place - 2048) + turned_out + 1) >> 1;
+    let bit = code.decide(zero as u64)?;
+    for (w, said) in weights.into_iter().zip(said) {
+        let error = if bit { 0 } else { 65536 } - squash(said);
+        for (weight, x) in w.iter_mut().zip(x) {
+            *weight = (*weight + ((error * x + 8192) >> 14)).clamp(-262_143, 262_143);
+        }
+    }
+    out[i + usize::from(part >= 128)].learn(bit);
+    models.into_iter().for_each(|m| m.learn_up_to(bit, 30));
     Ok(bit)
 }
 
@@ -49,21 +71,22 @@ fn the_ends_of_the_curve() {
 
 #[test]
 fn the_example_of_the_chapter() {
-    let mut models = [Model::known(squash(16 * 24)), Model::FRESH, Model::known(squash(16 * -11))];
-    let mut weights = [20480, 22528, 36864];
+    let known = |x: i64| Model::known(squash(16 * x));
+    let mut models = [known(24), Model::FRESH, known(-11), known(8), Model::FRESH, Model::FRESH];
+    let (mut weights, mut out) = ([ALIKE; 3], Outcomes::fresh());
     let mut code = Code::start(&[0x78]);
-    let zeros = |models: &[Model; 3]| models.each_ref().map(Model::zero);
     let rows = [
-        ([53581, 32768, 22074], [20480, 22528, 36864], false),
-        ([55170, 54591, 27864], [21217, 22530, 36526], true),
-        ([48683, 32767, 24589], [19973, 21340, 36750], true),
-        ([43562, 23414, 22004], [19415, 21340, 37015], false),
+        ([53581, 32768, 22074, 40793, 32768, 32768], [13107; 6], false),
+        ([55170, 54591, 27864, 44087, 54591, 54591], [13777, 13109, 12800, 13330, 13109, 13109], true),
+        ([48683, 32767, 24589, 38904, 32767, 32767], [12382, 11775, 13051, 12726, 11775, 11775], false),
+        ([50453, 42120, 28895, 41703, 42120, 42120], [12884, 11775, 12813, 12905, 11775, 11775], false),
     ];
     for (before, weighed, bit) in rows {
-        assert_eq!((zeros(&models), weights), (before, weighed));
-        let [x, y, z] = &mut models;
-        assert_eq!(read(&mut code, &mut weights, [x, y, z]), Ok(bit));
+        assert_eq!((models.each_ref().map(Model::zero), weights), (before, [weighed; 3]));
+        let [u, v, w] = &mut weights;
+        assert_eq!(read(&mut code, [u, v, w], &mut out, models.each_mut()), Ok(bit));
     }
-    assert_eq!((zeros(&models), weights), ([45651, 32767, 26147], [19837, 20982, 36595]));
+    let after = ([51886, 47316, 32381, 43969, 47316, 47316], [13324, 11988, 12728, 13108, 11988, 11988]);
+    assert_eq!((models.each_ref().map(Model::zero), weights[0]), after);
     code.end().unwrap();
 }

@@ -41,7 +41,7 @@ fn shapes_in_every_way() {
                     options.simplify.base_vertices = Some([1, 10][seed as usize % 2]);
                     options.atom_bytes = [60, 1, 16 << 10][seed as usize % 3];
                     options.position_bits = [14, 8, 24][seed as usize / 3 % 3];
-                    options.rich_models = seed % 7 < 3;
+                    options.rich_models = Some(seed % 7 < 3);
                     seed += 1;
                     let bytes = Encoder::new(options).encode_to_vec(&mesh).unwrap();
                     agree(&bytes).expect("the encoder writes what can be read");

@@ -5,7 +5,8 @@ use crate::codec::context::{ANGLES, BENDS, REACHES, Shape, reach};
 use crate::codec::extents::{CLASSES, LENGTHS, Length};
 use crate::codec::position::PositionModels;
 use crate::codec::vector::Vector;
-use crate::entropy::{Bit, BitCoder, Mixer};
+use crate::codec::vector::exponent;
+use crate::entropy::{Bit, BitCoder, Mixer, Outcomes, mix};
 
 /// The models of refinements. They start afresh with each segment (spec §5.2).
 #[derive(Clone, Debug)]
@@ -25,7 +26,7 @@ impl Default for SegmentModels {
 }
 
 impl SegmentModels {
-    /// Fresh models. Rich ones mix three for each split and flip.
+    /// Fresh models. Rich ones mix six for each split and flip.
     pub fn new(rich: bool) -> Self {
         Self {
             split: SplitModels { rich: rich.then(|| Box::new(RichSplits::NEW)), ..SplitModels::NEW },
@@ -101,13 +102,25 @@ impl Trial {
     }
 }
 
-/// Mixed: one that knows the angles too, the length by itself, and one by how many edges the vertices round it have.
+/// Mixed: one that knows the angles too, the length by itself, one by how many edges the vertices round it have together, and one by how many
+/// each has; one by how long the four other sides are, and one by how far the vertices opposite to it are from its middle.
 #[derive(Clone, Debug)]
 struct RichSplits {
     angles: [[[[Bit; CLASSES]; ANGLES / 2]; CLOSED]; 2],
     valences: [[[Bit; 16]; 16]; 16],
-    mixers: [[Mixer<3>; CLOSED]; 2],
+    each: [Bit; VALENCES.pow(4)],
+    sides: [[[Bit; SIZES.pow(4)]; CLOSED]; 2],
+    heights: [[[[Bit; CLASSES / 2]; SIZES.pow(2)]; CLOSED]; 2],
+    by_closed: [[Mixer<6>; CLOSED]; 2],
+    by_valence: [[Mixer<6>; 16]; 16],
+    by_length: [Mixer<6>; CLASSES],
+    outcomes: [[Outcomes; CLOSED]; 2],
 }
+
+/// Classes of how many edges a vertex has, from 3 on.
+const VALENCES: usize = 7;
+/// Classes of a squared length over that of the edge, octaves from 1/8 on.
+const SIZES: usize = 6;
 
 /// What rich models know of an edge that may be split.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -117,18 +130,46 @@ pub struct Round {
     /// Classes of how many edges its ends have together, and the vertices opposite to it; below 10 each.
     ends: u8,
     far: u8,
+    /// Of how many edges each has, below [`VALENCES`]^4.
+    each: u16,
+    /// Of the sides of its triangles, below [`SIZES`]^4, and of how far their tips are from its middle, below [`SIZES`]^2.
+    sides: u16,
+    heights: u8,
 }
 
 impl Round {
     /// Of no edge.
-    pub const NONE: Self = Self { angle: 0, ends: 0, far: 0 };
+    pub const NONE: Self = Self { angle: 0, ends: 0, far: 0, each: 0, sides: 0, heights: 0 };
 
-    /// Of an edge with this angle, whose ends have so many edges together, and the vertices opposite to it.
+    /// Of an edge a–b with this angle and its vertices opposite, l and r: where a, b, l and r are, and how many edges they have. Of a boundary
+    /// edge l is r.
     #[inline]
-    pub fn new(angle: u8, ends: i32, far: i32) -> Self {
+    pub fn new(angle: u8, at: [Vector; 4], edges: [i32; 4], is_boundary: bool) -> Self {
         let class = |edges: i32| (edges - 8).clamp(0, 9) as u8;
-        Self { angle, ends: class(ends), far: class(far) }
+        let [a, b, l, r] = at;
+        let square = (b - a).dot(b - a).max(1.0);
+        let size =
+            |v: Vector, least: i32| (exponent(v.dot(v) / square) - least).clamp(0, SIZES as i32 - 1) as u16;
+        let height = |tip: Vector| size((a - tip) + (b - tip), -1);
+        let sides = [[a - l, b - l], [a - r, b - r]].map(|of| pair(of.map(|side| size(side, -3)), SIZES));
+        let each = [[edges[0], edges[1]], [edges[2], edges[3]]];
+        let each =
+            each.map(|of| pair(of.map(|edges| (edges - 3).clamp(0, VALENCES as i32 - 1) as u16), VALENCES));
+        Self {
+            angle,
+            ends: class(edges[0] + edges[1]),
+            far: if is_boundary { 0 } else { class(edges[2] + edges[3]) },
+            each: each[0] * VALENCES.pow(2) as u16 + each[1],
+            sides: sides[0] * SIZES.pow(2) as u16 + sides[1],
+            heights: pair([height(l), height(r)], SIZES) as u8,
+        }
     }
+}
+
+/// Two classes in either order, of so many, as one.
+#[inline]
+fn pair([x, y]: [u16; 2], classes: usize) -> u16 {
+    x.min(y) * classes as u16 + x.max(y)
 }
 
 impl SplitModels {
@@ -164,9 +205,21 @@ impl SplitModels {
         if let Some(rich) = &mut self.rich {
             let class = usize::from(length.beside) & (CLASSES - 1);
             let angles = &mut rich.angles[kind][closed][usize::from(round.angle) / 2 % (ANGLES / 2)][class];
-            let valences =
-                &mut rich.valences[usize::from(round.ends) & 15][usize::from(round.far) & 15][class / 2];
-            return rich.mixers[kind][closed].code(coder, [angles, alone, valences], known);
+            let (ends, far) = (usize::from(round.ends) & 15, usize::from(round.far) & 15);
+            let models = [
+                angles,
+                alone,
+                &mut rich.valences[ends][far][class / 2],
+                &mut rich.each[usize::from(round.each) % VALENCES.pow(4)],
+                &mut rich.sides[kind][closed][usize::from(round.sides) % SIZES.pow(4)],
+                &mut rich.heights[kind][closed][usize::from(round.heights) % SIZES.pow(2)][class / 2],
+            ];
+            let mixers = [
+                &mut rich.by_closed[kind][closed],
+                &mut rich.by_valence[ends][far],
+                &mut rich.by_length[class],
+            ];
+            return mix::mixed(coder, mixers, &mut rich.outcomes[kind][closed], models, known);
         }
         let bit = coder.bit(if by_itself { alone } else { beside }, known);
         if C::ENCODES
@@ -182,7 +235,13 @@ impl RichSplits {
     const NEW: Self = Self {
         angles: priors::angles(),
         valences: priors::split_valences(),
-        mixers: [[Mixer::new([20480, 22528, 36864]); CLOSED]; 2],
+        each: [Bit::NEW; VALENCES.pow(4)],
+        sides: [[[Bit::NEW; SIZES.pow(4)]; CLOSED]; 2],
+        heights: [[[[Bit::NEW; CLASSES / 2]; SIZES.pow(2)]; CLOSED]; 2],
+        by_closed: [[Mixer::ALIKE; CLOSED]; 2],
+        by_valence: [[Mixer::ALIKE; 16]; 16],
+        by_length: [Mixer::ALIKE; CLASSES],
+        outcomes: [[Outcomes::NEW; CLOSED]; 2],
     };
 }
 
@@ -193,8 +252,8 @@ pub struct Ring {
     pub flips: usize,
     /// How many of the two edges beyond lead nowhere or to a star.
     pub closed: u8,
-    /// How many edges p and q have together, and how many r.
-    pub ends: i32,
+    /// How many edges p and q have, and how many r.
+    pub ends: [i32; 2],
     pub far: i32,
     /// 1 where p is an end of the edge that was split, 2 where q is, 0 where neither is.
     pub end: usize,
@@ -208,14 +267,20 @@ pub struct FlipModels {
     rich: Option<Box<RichFlips>>,
 }
 
-/// Mixed: one that knows the angle better, one that knows how far the flipped edge reaches, and one by how many edges each vertex has.
-/// The mixers are by the number of flips before and of edges closed beyond.
+/// Mixed: one that knows the angle better, one that knows how far the flipped edge reaches, one by how many edges the vertices have and one that
+/// tells p and q apart; and two that know, as the plain one does, how many more edges p and q have than v and r.
 #[derive(Clone, Debug)]
 struct RichFlips {
     shape: [[[Bit; ANGLES]; 8]; 4],
     reach: [[[[Bit; ANGLES / 2]; 16]; 4]; 4],
     valences: [[[Bit; 4]; 8]; 16],
-    mixers: [[Mixer<3>; 4]; 4],
+    each: [[[Bit; 4]; 8]; VALENCES.pow(2)],
+    excess_reach: [[[Bit; ANGLES / 4]; 16]; 8],
+    excess_bend: [[[[Bit; 8]; 8]; 4]; 4],
+    by_flips: [[Mixer<6>; 4]; 4],
+    by_excess: [Mixer<6>; 8],
+    by_reach: [[Mixer<6>; 16]; 4],
+    outcomes: [Outcomes; 4],
 }
 
 impl FlipModels {
@@ -233,18 +298,31 @@ impl FlipModels {
     ) -> bool {
         let (bend, angle) = (usize::from(shape.bend) & 7, usize::from(shape.angle) & (ANGLES - 1));
         let flips = ring.flips.min(3);
+        let ends = ring.ends[0] + ring.ends[1];
+        // A flip takes an edge from p and q each, and gives one to r, as those before gave to v.
+        let excess = (ends - ring.far - ring.flips as i32 - 2).clamp(0, priors::EXCESSES - 1) as usize;
         if let Some(rich) = &mut self.rich {
             let closed = usize::from(ring.closed.min(2));
-            let ends = (ring.ends - 6).clamp(0, priors::ENDS - 1) as usize;
+            let both = (ends - 6).clamp(0, priors::ENDS - 1) as usize;
             let far = (ring.far - 3).clamp(0, 7) as usize;
-            let [v, p, q, r] = cells();
-            let shape = &mut rich.shape[ring.end & 3][bend][angle];
-            let reach = &mut rich.reach[flips][closed][reach(v, p, q, r)][angle / 2];
-            let valences = &mut rich.valences[ends][far][flips];
-            return rich.mixers[flips][closed].code(coder, [shape, reach, valences], known);
+            let each = ring.ends.map(|edges| (edges - 3).clamp(0, VALENCES as i32 - 1) as u16);
+            let (end, [v, p, q, r]) = (ring.end & 3, cells());
+            let reach = reach(v, p, q, r) & 15;
+            let models = [
+                &mut rich.shape[end][bend][angle],
+                &mut rich.reach[flips][closed][reach][angle / 2],
+                &mut rich.valences[both][far][flips],
+                &mut rich.each[usize::from(pair(each, VALENCES))][far][flips],
+                &mut rich.excess_reach[excess][reach][angle / 4],
+                &mut rich.excess_bend[flips][closed][excess][bend],
+            ];
+            let mixers = [
+                &mut rich.by_flips[flips][closed],
+                &mut rich.by_excess[excess],
+                &mut rich.by_reach[end][reach],
+            ];
+            return mix::mixed(coder, mixers, &mut rich.outcomes[flips], models, known);
         }
-        // A flip takes an edge from p and q each, and gives one to r, as those before gave to v.
-        let excess = (ring.ends - ring.far - ring.flips as i32 - 2).clamp(0, priors::EXCESSES - 1) as usize;
         let model = &mut self.shape[excess][ring.end & 3][flips][angle / 4];
         coder.bit(model, known)
     }
@@ -255,7 +333,13 @@ impl RichFlips {
         shape: priors::rich_shape(),
         reach: priors::reach(),
         valences: priors::flip_valences(),
-        mixers: [[Mixer::new([23552, 26624, 46080]); 4]; 4],
+        each: [[[Bit::NEW; 4]; 8]; VALENCES.pow(2)],
+        excess_reach: [[[Bit::NEW; ANGLES / 4]; 16]; 8],
+        excess_bend: [[[[Bit::NEW; 8]; 8]; 4]; 4],
+        by_flips: [[Mixer::ALIKE; 4]; 4],
+        by_excess: [Mixer::ALIKE; 8],
+        by_reach: [[Mixer::ALIKE; 16]; 4],
+        outcomes: [Outcomes::NEW; 4],
     };
 }
 const _: () = assert!(BENDS <= 8 && REACHES <= 16);
@@ -290,11 +374,12 @@ mod tests {
             let mut coder = RangeEncoder::default();
             models.split.choose(&mut coder);
             for k in 0..1000 {
-                let round = Round::new(if k % 3 == 0 { 4 } else { 25 }, 12, 12);
+                let round =
+                    Round::new(if k % 3 == 0 { 4 } else { 25 }, [Vector::default(); 4], [6; 4], false);
                 let length = (Length { beside: 10, alone: 60 }, false, round);
                 models.split.code(&mut coder, false, 0, length, || k % 3 == 0);
                 let more = i32::from(k % 3 == 0);
-                let ring = Ring { flips: 0, closed: 0, ends: 12 + more, far: 6 + more, end: 0 };
+                let ring = Ring { flips: 0, closed: 0, ends: [6, 6 + more], far: 6 + more, end: 0 };
                 let cells = || [Vector::default(); 4];
                 models.flip.code(&mut coder, Shape { angle: 16, bend: 0 }, ring, cells, || k % 3 == 0);
             }
@@ -311,7 +396,7 @@ mod tests {
         let mut coder = RangeEncoder::default();
         for k in 0..1000 {
             let (end, flips) = (1 + k % 2, k / 2 % 2);
-            let ring = Ring { flips, closed: 0, ends: 12 + flips as i32, far: 6, end };
+            let ring = Ring { flips, closed: 0, ends: [6, 6 + flips as i32], far: 6, end };
             let cells = || [Vector::default(); 4];
             let is_flipped = end == 1 && flips == 0;
             models.flip.code(&mut coder, Shape { angle: 16, bend: 0 }, ring, cells, || is_flipped);

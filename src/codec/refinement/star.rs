@@ -182,7 +182,7 @@ impl LevelPass {
             let ring = Ring {
                 flips: self.inserted.flips.len(),
                 closed: state,
-                ends: self.extents.at(p).edges + self.extents.at(q).edges,
+                ends: [self.extents.at(p).edges, self.extents.at(q).edges],
                 far: self.extents.at(r).edges,
                 end: usize::from(star.ends.contains(&p)) + 2 * usize::from(star.ends.contains(&q)),
             };

@@ -11,6 +11,7 @@ mod octree;
 mod pipeline;
 mod quadric;
 mod queue;
+pub mod removal;
 mod rings;
 mod selection;
 mod star;

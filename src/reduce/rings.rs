@@ -4,8 +4,8 @@
 #[derive(Debug, Default)]
 pub(super) struct Rings {
     /// For each vertex where its triangles begin, and for the last one where they end.
-    starts: Vec<u32>,
-    triangles: Vec<u32>,
+    pub(super) starts: Vec<u32>,
+    pub(super) triangles: Vec<u32>,
 }
 
 impl Rings {

@@ -127,6 +127,11 @@ impl Working {
         self.flags.truncate(count as usize);
     }
 
+    /// The power of 2 that the positions were multiplied with.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
     /// The mesh as it is now.
     pub(super) fn into_mesh(mut self) -> IndexedMesh {
         self.compact();

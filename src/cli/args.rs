@@ -143,6 +143,24 @@ impl Simplification {
     }
 }
 
+/// A point in the units of the mesh. (A list of numbers would be several values.)
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Point(pub [f64; 3]);
+
+/// A finite number above 0.
+pub fn above_zero(text: &str) -> Result<f64, String> {
+    let found = text.trim().parse().ok().filter(|step: &f64| step.is_finite() && *step > 0.0);
+    found.ok_or_else(|| "a number above 0".to_owned())
+}
+
+/// Three finite numbers.
+pub fn point(text: &str) -> Result<Point, String> {
+    let numbers = text.split(',').map(|number| number.trim().parse().ok().filter(|x: &f64| x.is_finite()));
+    let numbers: Option<Vec<f64>> = numbers.collect();
+    let point = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
+    point.map(Point).ok_or_else(|| "three numbers such as 500000,0,-2.5".to_owned())
+}
+
 /// Whether a path stands for standard input or output.
 pub fn is_stream(path: &Path) -> bool {
     path.as_os_str() == "-"

@@ -1,6 +1,6 @@
 //! Arguments that choose the lattice, and what there is to say of it.
 
-use super::args::{Preview, value_name};
+use super::args::{Point, Preview, above_zero, point, value_name};
 use unweld::encoder::{LatticeChoice, Options, Report};
 use unweld::mesh::Lattice;
 
@@ -13,10 +13,10 @@ pub struct Choice {
     position_bits: Bits,
     /// The step, above 0, of a lattice that meshes share which touch, such as tiles of a map; the bits, 8 to 24, follow from the extent.
     /// With a power of two, such as 0.0009765625, common vertices are bit-equal at level 0; with --lock-boundary at every level
-    #[arg(long, value_name = "S", value_parser = step, conflicts_with = "position_bits")]
+    #[arg(long, value_name = "S", value_parser = above_zero, conflicts_with = "position_bits")]
     lattice_step: Option<f64>,
     /// A point of that lattice; 0,0,0 where not given. With multiples of the step nothing is rounded
-    #[arg(long, value_name = "X,Y,Z", value_parser = origin, requires = "lattice_step", allow_hyphen_values = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = point, requires = "lattice_step", allow_hyphen_values = true)]
     lattice_origin: Option<Point>,
 }
 
@@ -26,10 +26,6 @@ enum Bits {
     Fixed(u32),
     AtMost(f64),
 }
-
-/// A point in the units of the mesh. (A list of numbers would be several values.)
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Point([f64; 3]);
 
 impl Choice {
     /// For the library: bits, and which lattice.
@@ -88,26 +84,12 @@ fn power_of_two(step: f64) -> String {
 fn bits(text: &str) -> Result<Bits, String> {
     let (min, max) = (Lattice::MIN_BITS, Lattice::MAX_BITS);
     let found = match text.strip_prefix("auto:") {
-        Some(number) => step(number).ok().map(Bits::AtMost),
+        Some(number) => above_zero(number).ok().map(Bits::AtMost),
         None => text.parse().ok().filter(|bits| (min..=max).contains(bits)).map(Bits::Fixed),
     };
     found.ok_or_else(|| {
         format!("a number from {min} to {max}, or auto: and a step above 0, such as auto:0.001")
     })
-}
-
-/// A finite number above 0.
-fn step(text: &str) -> Result<f64, String> {
-    let found = text.trim().parse().ok().filter(|step: &f64| step.is_finite() && *step > 0.0);
-    found.ok_or_else(|| "a number above 0".to_owned())
-}
-
-/// Three finite numbers.
-fn origin(text: &str) -> Result<Point, String> {
-    let numbers = text.split(',').map(|number| number.trim().parse().ok().filter(|x: &f64| x.is_finite()));
-    let numbers: Option<Vec<f64>> = numbers.collect();
-    let point = numbers.and_then(|numbers| <[f64; 3]>::try_from(numbers).ok());
-    point.map(Point).ok_or_else(|| "three numbers such as 500000,0,-2.5".to_owned())
 }
 
 #[cfg(test)]
@@ -127,9 +109,9 @@ mod tests {
 
     #[test]
     fn origins() {
-        assert_eq!(origin("1,-2.5, 3e2"), Ok(Point([1.0, -2.5, 300.0])));
+        assert_eq!(point("1,-2.5, 3e2"), Ok(Point([1.0, -2.5, 300.0])));
         for text in ["", "1,2", "1,2,3,4", "1,2,x", "1,2,inf", "1;2;3"] {
-            assert!(origin(text).is_err(), "{text}");
+            assert!(point(text).is_err(), "{text}");
         }
     }
 

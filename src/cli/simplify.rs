@@ -1,6 +1,7 @@
 //! `unweld simplify`: a coarser mesh, without a `.uwm` file between.
 
 pub mod lod;
+mod parallel;
 mod reduction;
 mod removal;
 
@@ -12,6 +13,7 @@ use super::output::{MeshFormat, Output, remark, say};
 use super::progress::Progress;
 use super::welding;
 use anyhow::{Context, bail};
+use parallel::Parallel;
 use reduction::Reduction;
 use serde_json::json;
 use std::path::PathBuf;
@@ -54,11 +56,13 @@ pub struct Args {
     reduction: Reduction,
     #[command(flatten)]
     removal: Removal,
+    #[command(flatten)]
+    parallel: Parallel,
 }
 
-/// How far to simplify.
+/// How far to simplify; one of them is needed, but not by what simplifies for a view.
 #[derive(clap::Args)]
-#[group(required = true, multiple = false)]
+#[group(multiple = false)]
 struct Goal {
     /// Most triangles, 0 or more
     #[arg(long, visible_alias = "faces", value_name = "N")]
@@ -82,6 +86,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.json && output.is_stream() {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
+    if !args.goal.is_given() && !args.reduction.method.is_parallel() {
+        return Err(Usage("how far? --triangles, --ratio or --error says it".to_owned()).into());
+    }
     let name = input::name(&args.input);
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
@@ -89,14 +96,22 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Mesh { source, level } = Mesh::read(&args.input, args.level, reading, &mut progress)?;
     let read = start.elapsed().as_secs_f64();
     let limit = args.goal.limit(&source.mesh);
+    if !args.reduction.method.is_parallel() {
+        args.parallel.refuse(&value_name(&args.reduction.method))?;
+    }
     let outcome = match args.reduction.method.of_removal() {
+        None if args.reduction.method.is_parallel() => {
+            args.reduction.refuse()?;
+            let goal = args.goal.is_given().then_some(limit);
+            parallel::removed(&source, goal, &args.parallel, &args.removal, &mut progress)
+        }
         Some(method) => {
             args.reduction.refuse()?;
             removal::simplified(&source.mesh, limit, method, &args.removal, &mut progress)
         }
         None => reduction::reduced(&source, limit, &args.reduction, &args.removal, &mut progress),
     };
-    let Outcome { mesh, left_out, joined_vertices: joined, conditioning, obstacle, passes, remarks } =
+    let Outcome { mesh, left_out, joined_vertices: joined, conditioning, obstacle, passes, remarks, frames } =
         outcome.with_context(|| name.clone())?;
     let simplifying = start.elapsed().as_secs_f64() - read - conditioning;
     drop(progress);
@@ -136,6 +151,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "joined_vertices": joined,
             "method": value_name(&args.reduction.method),
             "passes": passes,
+            "frames": parallel::object(&frames),
             "warnings": warnings,
             "seconds": { "read": read, "condition": conditioning, "simplify": simplifying },
         });
@@ -170,6 +186,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if !dropped.is_empty() {
         text += &format!("  {:<11}{}\n", "dropped", dropped.join(", "));
     }
+    text += &parallel::text(&frames);
     text += &format!(
         "  {:<11}read {read:.2} s, condition {conditioning:.2} s, simplify {simplifying:.2} s\n",
         "time"
@@ -199,9 +216,15 @@ struct Outcome {
     passes: Option<usize>,
     /// What else there is to say.
     remarks: Vec<String>,
+    /// What was made for each view, by the method that does.
+    frames: Vec<parallel::Frame>,
 }
 
 impl Goal {
+    fn is_given(&self) -> bool {
+        self.triangles.is_some() || self.ratio.is_some() || self.error.is_some()
+    }
+
     fn limit(&self, mesh: &IndexedMesh) -> Limit {
         let triangles = mesh.triangles.len();
         match (self.triangles, self.ratio, self.error) {
@@ -266,4 +289,6 @@ EXAMPLES
   unweld simplify bunny.uwm -o coarse.obj --level 3 --triangles 1000
   unweld simplify bunny.ply -o small.obj --triangles 5000 --method ffc --lock-boundary
   unweld simplify dragon.ply -o small.ply --triangles 1000 --topology free
+  unweld simplify bunny.ply -o seen.ply --method parallel --eye 0,0.1,0.5 --pixels 2
+  unweld simplify bunny.ply -o seen.ply --method parallel --spacing 8 --orbit 36
   unweld simplify part.stl -o small.stl --triangles 5000 --weld 0.0001";

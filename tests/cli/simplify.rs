@@ -36,6 +36,7 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
     assert!(json["max_error"].as_f64().unwrap() < 1e-12);
     let expected = [
         "dropped",
+        "frames",
         "input",
         "joined_vertices",
         "max_error",
@@ -240,6 +241,9 @@ fn options_of_other_methods_are_refused() {
         "--method octree --topology keep",
         "--method uniform --strict-normals",
         "--method hqms --place centre",
+        "--method hqms --spacing 3",
+        "--method stellar --eye 1,2,3",
+        "--method parallel",
         "--strategy 4",
         "--heap 0",
         "--cap 0",
@@ -285,5 +289,56 @@ fn coordinates_that_are_no_numbers_are_refused() {
     for method in REDUCTIONS {
         let run = folder.run(&format!("simplify m.obj -o out.ply --faces 2 --method {method}"));
         run.failed(1, "m.obj: line 4: x of vertex 4 is NaN");
+    }
+}
+
+#[test]
+fn parallel_removal_as_a_viewer_sees_it() {
+    let folder = Folder::new();
+    let mesh = shapes::bumpy_sphere(4, 2);
+    folder.mesh("m.ply", &mesh);
+    let of = |options: &str| {
+        let json =
+            folder.run(&format!("simplify m.ply -o out.ply --method parallel --json {options}")).json();
+        (json, folder.read("out.ply"))
+    };
+    let (json, all) = of("");
+    assert!(bits(&all).is_subset(&bits(&mesh)) && all.triangles.len() < mesh.triangles.len() / 5);
+    let frame = &json["frames"][0];
+    assert_eq!((&frame["triangles"], &frame["vertices"]), (&json["triangles"], &json["vertices"]));
+    let removed: u64 =
+        frame["iterations"].as_array().unwrap().iter().map(|i| i["removed"].as_u64().unwrap()).sum();
+    assert_eq!(removed as usize, mesh.positions.len() - all.positions.len());
+    // Threads, and a device that is another, change nothing.
+    let (auto, same) = of("--threads 2 --device auto");
+    assert_eq!(same, all);
+    // What it was is told where it is not what was asked for.
+    assert!(auto["warnings"].as_array().unwrap().len() <= 1);
+    assert!(of("--spacing 9").1.triangles.len() < all.triangles.len() / 4);
+    // Three frames; the last one is that of the eye.
+    let (one, seen) = of("--spacing 9 --eye 0,1,9 --pixels 4");
+    let (three, last) = of("--spacing 9 --eye 0,1,9 --pixels 4 --orbit 3");
+    assert!(
+        seen == last && seen.triangles.len() > of("--spacing 9 --eye 0,1,90 --pixels 4").1.triangles.len()
+    );
+    assert_eq!(
+        (three["frames"].as_array().unwrap().len(), &three["frames"][2]["eye"]),
+        (3, &one["frames"][0]["eye"])
+    );
+    let run =
+        folder.run("simplify m.ply -o out.ply --method parallel --orbit 2 --rule 2015 --guard independent");
+    let text = String::from_utf8(run.out).unwrap();
+    assert!(text.contains("frame 2") && text.contains("candidates -> removed"), "{text}");
+    for options in [
+        "--faces 9",
+        "--alpha 1",
+        "--heap 9",
+        "--pixels 3",
+        "--fov 180 --orbit 2",
+        "--eye 1,2",
+        "--spacing 0",
+    ] {
+        let run = folder.run(&format!("simplify m.ply -o x.ply --method parallel {options}"));
+        assert_eq!(run.code, 2, "{options}: {}", run.err);
     }
 }

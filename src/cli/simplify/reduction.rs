@@ -63,6 +63,8 @@ pub enum Method {
     Octree,
     /// Clusters of vertices in a grid's cells (Rossignac and Borrel 1993); the result may be no manifold
     Uniform,
+    /// Removes many vertices at once for a view, on any number of threads: fast, farther from the input (Odaker and others 2016)
+    Parallel,
     /// Removes the best of some random vertices, as the encoder does
     Stellar,
     /// Removes the best of all vertices, by a priority queue
@@ -116,10 +118,15 @@ impl Method {
             _ => None,
         }
     }
+
+    /// Whether it is the one for a view.
+    pub fn is_parallel(self) -> bool {
+        self == Self::Parallel
+    }
 }
 
 impl Reduction {
-    /// Refuses what the encoder's methods do not know.
+    /// Refuses what the encoder's methods and the one for a view do not know.
     ///
     /// # Errors
     /// [`Usage`] where one is given.
@@ -156,6 +163,9 @@ impl Reduction {
 
     /// For the library.
     fn options(&self, removal: &Removal, topology: Topology) -> anyhow::Result<Options> {
+        if self.method.is_parallel() {
+            return Err(Usage("--method parallel has no goal: it is for a view, of unweld simplify".to_owned()).into());
+        }
         let is_hqms = self.method == Method::Hqms;
         let clusters = matches!(self.method, Method::Octree | Method::Uniform);
         let given = [
@@ -179,7 +189,7 @@ impl Reduction {
                 Method::Mca => reduce::Method::Mca,
                 Method::Octree => reduce::Method::Octree,
                 Method::Uniform => reduce::Method::Uniform,
-                Method::Hqms | Method::Stellar | Method::Ffc => reduce::Method::Hqms,
+                Method::Hqms | Method::Parallel | Method::Stellar | Method::Ffc => reduce::Method::Hqms,
             },
             topology,
             weights: if self.weights == Some(Weighted::Unit) { Weights::Unit } else { Weights::Area },
@@ -251,6 +261,7 @@ pub fn reduced(
         obstacle: obstacle(reduction, &options),
         passes: Some(reduced.passes.len()),
         remarks: remark.into_iter().collect(),
+        frames: Vec::new(),
     })
 }
 
@@ -285,7 +296,7 @@ fn within(
 }
 
 /// The mesh with one vertex for those that are the same, and how many were joined that are not equal.
-fn welded(mesh: &IndexedMesh, weld: Weld) -> (IndexedMesh, usize) {
+pub(super) fn welded(mesh: &IndexedMesh, weld: Weld) -> (IndexedMesh, usize) {
     let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
     let (min, max) = lattice::bounds(used).unwrap_or_default();
     let joined = |weld: Weld| {
@@ -339,7 +350,7 @@ fn obstacle(reduction: &Reduction, options: &Options) -> String {
 }
 
 /// What was of no use, in words: of vertices those that no triangle of the input has.
-fn left_out(input: &IndexedMesh, welded: &IndexedMesh, left_out: &LeftOut) -> Vec<String> {
+pub(super) fn left_out(input: &IndexedMesh, welded: &IndexedMesh, left_out: &LeftOut) -> Vec<String> {
     let mut used = vec![false; input.positions.len()];
     for triangles in [&input.triangles, &welded.triangles] {
         triangles.as_flattened().iter().for_each(|&v| used[v as usize] = true);

@@ -32,6 +32,7 @@ pub(super) fn simplified(
         obstacle: "no further vertex can go".to_owned(),
         passes: None,
         remarks: Vec::new(),
+        frames: Vec::new(),
     })
 }
 

@@ -91,7 +91,8 @@ impl Bent<'_> {
     }
 
     fn by_curvature(&self) -> impl Iterator<Item = u32> {
-        let mut all: Vec<(u64, Reverse<u32>)> = (0..self.curvature.len() as u32).map(|v| self.rank(v)).collect();
+        let mut all: Vec<(u64, Reverse<u32>)> =
+            (0..self.curvature.len() as u32).map(|v| self.rank(v)).collect();
         all.sort_unstable_by(|a, b| b.cmp(a));
         all.into_iter().map(|(_, Reverse(v))| v)
     }
@@ -108,8 +109,8 @@ const FAR: u16 = u16::MAX;
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::mesh::shapes;
     use crate::mesh::random::SplitMix64;
+    use crate::mesh::shapes;
     use std::collections::VecDeque;
 
     /// Edges to the nearest of the chosen, by a search that knows nothing of how they were chosen.
@@ -130,7 +131,9 @@ mod tests {
 
     #[test]
     fn they_are_so_far_apart_and_leave_no_gap() {
-        for mesh in [shapes::torus(20, 13), shapes::grid(17, 12), shapes::two_components(), shapes::tetrahedron()] {
+        for mesh in
+            [shapes::torus(20, 13), shapes::grid(17, 12), shapes::two_components(), shapes::tetrahedron()]
+        {
             let mut random = SplitMix64::new(3);
             let curvature: Vec<f64> = mesh.positions.iter().map(|_| (random.unit() * 9.0).floor()).collect();
             let mut rings = Rings::default();

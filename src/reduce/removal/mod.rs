@@ -20,6 +20,7 @@ mod veto;
 mod view;
 mod workers;
 
+pub use frame::{Patience, Settled, Steps, iterate};
 pub use view::{Sight, View};
 
 use super::rings::Rings;
@@ -145,7 +146,19 @@ impl Surface {
         for triangle in triangles.iter().filter(|t| t.iter().any(|&v| shapes[v as usize].is_none())) {
             triangle.iter().for_each(|&v| locked[v as usize] = true);
         }
-        Ok(Self { positions, points, lattice, scale, triangles, rings, guaranteed, auxiliary, boundary, locked, left_out })
+        Ok(Self {
+            positions,
+            points,
+            lattice,
+            scale,
+            triangles,
+            rings,
+            guaranteed,
+            auxiliary,
+            boundary,
+            locked,
+            left_out,
+        })
     }
 
     /// Removes vertices until no more can go: those whose error the view does not see, or, without a view, all that need not stay.

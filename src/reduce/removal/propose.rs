@@ -30,7 +30,9 @@ impl Snapshot<'_> {
     pub(super) fn is_candidate(&self, v: u32, near: &[bool], rule: Rule) -> bool {
         let waits = |x: u32| self.selected[x as usize] && self.auxiliary[x as usize] && !near[x as usize];
         near[v as usize]
-            || rule == Rule::Of2016 && !self.auxiliary[v as usize] && self.corners(v).any(|x| x != v && waits(x))
+            || rule == Rule::Of2016
+                && !self.auxiliary[v as usize]
+                && self.corners(v).any(|x| x != v && waits(x))
     }
 
     /// Whether a candidate may go to a neighbour, as far as it is for those two to say.
@@ -45,7 +47,14 @@ impl Snapshot<'_> {
     }
 
     /// The cheapest neighbour to which a candidate can go while all others stay.
-    pub(super) fn propose(&self, v: u32, candidates: &[bool], rule: Rule, guard: Guard, memory: &mut Memory) -> Move {
+    pub(super) fn propose(
+        &self,
+        v: u32,
+        candidates: &[bool],
+        rule: Rule,
+        guard: Guard,
+        memory: &mut Memory,
+    ) -> Move {
         let Memory { fan, choices, .. } = memory;
         fan.gather(v, self);
         self.price(v, fan, choices, |n| self.is_open(v, n, candidates, rule));
@@ -86,9 +95,10 @@ impl Snapshot<'_> {
     /// Whether no triangle turns over.
     fn holds(&self, v: u32, target: u32, fan: &Fan) -> bool {
         let at = |w: u32| self.points[w as usize];
-        fan.wings.iter().filter(|wing| !wing.contains(&target)).all(|&[a, b]| {
-            keeps_side(normal(at(v), at(a), at(b)), normal(at(target), at(a), at(b)))
-        })
+        fan.wings
+            .iter()
+            .filter(|wing| !wing.contains(&target))
+            .all(|&[a, b]| keeps_side(normal(at(v), at(a), at(b)), normal(at(target), at(a), at(b))))
     }
 
     /// Whether no triangle turns over, whatever the other candidates do.
@@ -109,12 +119,13 @@ impl Snapshot<'_> {
             }
             let [first, second] = &*ways;
             // More ways than these are not gone through.
-            first.len() * second.len() <= MOST_WAYS && first.iter().all(|&a| {
-                second.iter().all(|&b| {
-                    let vanishes = a == b || a == target || b == target;
-                    vanishes || keeps_side(old, normal(at(target), at(a), at(b)))
+            first.len() * second.len() <= MOST_WAYS
+                && first.iter().all(|&a| {
+                    second.iter().all(|&b| {
+                        let vanishes = a == b || a == target || b == target;
+                        vanishes || keeps_side(old, normal(at(target), at(a), at(b)))
+                    })
                 })
-            })
         })
     }
 }

@@ -16,7 +16,8 @@ fn view(mesh: &IndexedMesh, turn: f64, pixels: f64) -> View {
 /// All ways of simplifying a mesh.
 fn all_ways(mesh: &IndexedMesh) -> impl Iterator<Item = (Option<View>, Options)> {
     let views = [None, Some(view(mesh, 1.0, 20.0))];
-    let options = RULES.into_iter().flat_map(|rule| GUARDS.map(|guard| Options { rule, guard, ..Options::default() }));
+    let options =
+        RULES.into_iter().flat_map(|rule| GUARDS.map(|guard| Options { rule, guard, ..Options::default() }));
     options.flat_map(move |options| views.map(|view| (view, options)))
 }
 
@@ -81,7 +82,8 @@ fn any_number_of_threads_makes_the_same_mesh() {
         let surface = Surface::new(mesh, 4).unwrap();
         for k in 0..20 {
             let view = (k > 0).then(|| view(mesh, f64::from(k) * 0.3, f64::from(1 << (k % 7))));
-            let of = |threads| surface.simplify(view.as_ref(), Options { threads, ..Options::default() }).unwrap();
+            let of =
+                |threads| surface.simplify(view.as_ref(), Options { threads, ..Options::default() }).unwrap();
             let alone = of(1);
             assert_eq!(of(2), alone);
             assert_eq!(of(8), alone);
@@ -201,9 +203,15 @@ fn what_is_no_manifold_stays() {
     let result = surface.simplify(None, Options::default()).unwrap();
     assert!(result.triangles.len() < mesh.triangles.len() / 2);
     let edge_triangles = |triangles: &[[u32; 3]]| {
-        triangles.iter().filter(|t| t.iter().filter(|v| **v % width == 0 && **v < width * width).count() == 2).count()
+        triangles
+            .iter()
+            .filter(|t| t.iter().filter(|v| **v % width == 0 && **v < width * width).count() == 2)
+            .count()
     };
-    assert_eq!(edge_triangles(&surface.mesh(&surface.triangles).triangles), edge_triangles(&surface.triangles));
+    assert_eq!(
+        edge_triangles(&surface.mesh(&surface.triangles).triangles),
+        edge_triangles(&surface.triangles)
+    );
     assert_eq!(edge_triangles(&result.triangles), edge_triangles(surface.triangles()));
 }
 

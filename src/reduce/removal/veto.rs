@@ -34,7 +34,9 @@ impl Moves<'_> {
         let old = normal(at(corners[0]), at(corners[1]), at(corners[2]));
         // Which corners may still move.
         let mut movers = (0..3).filter(|&k| is_mover(corners[k])).fold(0u32, |set, k| set | 1 << k);
-        while let Some(set) = (1..8).find(|set| set & movers == *set && self.turns_over(corners, *set, old, snapshot)) {
+        while let Some(set) =
+            (1..8).find(|set| set & movers == *set && self.turns_over(corners, *set, old, snapshot))
+        {
             let inside = (0..3).filter(|k| set >> k & 1 == 1);
             let Some(dearest) = inside.max_by_key(|&k| self.rank(corners[k])) else { return };
             off[corners[dearest] as usize].store(true, Relaxed);
@@ -64,7 +66,15 @@ impl Moves<'_> {
 
     /// Calls off the dearest of the moves after which the triangles round a vertex would be no sheet any more, or open where they were
     /// closed, or the other way round; `all`: each of them.
-    pub(super) fn check(&self, v: u32, here: &Snapshot, after: &After, all: bool, off: &[AtomicBool], fan: &mut Fan) {
+    pub(super) fn check(
+        &self,
+        v: u32,
+        here: &Snapshot,
+        after: &After,
+        all: bool,
+        off: &[AtomicBool],
+        fan: &mut Fan,
+    ) {
         let is_moving = |w: u32| after.moving[w as usize];
         // What nobody round it moves does not change.
         if is_moving(v) || !here.corners(v).any(is_moving) {

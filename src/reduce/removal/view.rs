@@ -1,7 +1,9 @@
 //! What a viewer sees of an error: whether the surface may leave a vertex for so many pixels.
 
 use super::Surface;
-use super::integer::{ERROR_BITS, LATTICE_BITS, Point, cross, dot, magnitude, minus, shift_of, shifted, shortened, square_root};
+use super::integer::{
+    ERROR_BITS, LATTICE_BITS, Point, cross, dot, magnitude, minus, shift_of, shifted, shortened, square_root,
+};
 use crate::error::{Error, Result};
 use crate::reduce::rings::Rings;
 use crate::reduce::star::turned;
@@ -43,7 +45,10 @@ impl View {
             return Err(Error::Parameter(format!("the {name} of a view is {x}, it must be above 0")));
         }
         if self.fov >= 180.0 {
-            return Err(Error::Parameter(format!("the angle of a view is {}, it must be below 180", self.fov)));
+            return Err(Error::Parameter(format!(
+                "the angle of a view is {}, it must be below 180",
+                self.fov
+            )));
         }
         if !self.eye.iter().all(|x| x.is_finite()) {
             return Err(Error::Parameter("a coordinate of the eye is no finite number".to_owned()));
@@ -97,7 +102,8 @@ pub(super) fn error(v: u32, points: &[Point], triangles: &[[u32; 3]], rings: &Ri
         return if count == 0 { 0 } else { u32::MAX };
     }
     // Each neighbour comes twice, but the two at the ends of a boundary.
-    let off: u64 = ends().map(|[a, b]| dot(normal, near(a)).unsigned_abs() + dot(normal, near(b)).unsigned_abs()).sum();
+    let off: u64 =
+        ends().map(|[a, b]| dot(normal, near(a)).unsigned_abs() + dot(normal, near(b)).unsigned_abs()).sum();
     let mean = (off << ERROR_BITS) / (u64::from(count) * u64::from(length));
     u32::try_from(mean << shift).unwrap_or(u32::MAX)
 }

@@ -24,7 +24,11 @@ impl Workers {
     }
 
     /// Calls a function with each element, its number and memory that a thread uses again.
-    pub(super) fn each<T: Send, M: Default>(&self, items: &mut [T], work: impl Fn(u32, &mut T, &mut M) + Sync) {
+    pub(super) fn each<T: Send, M: Default>(
+        &self,
+        items: &mut [T],
+        work: impl Fn(u32, &mut T, &mut M) + Sync,
+    ) {
         match &self.0 {
             None => {
                 let mut memory = M::default();
@@ -52,14 +56,21 @@ impl Workers {
     }
 
     /// The results of a function of each number below `count` that are one, in order.
-    pub(super) fn gather<T: Send>(&self, count: usize, pick: impl Fn(u32) -> Option<T> + Sync, into: &mut Vec<T>) {
+    pub(super) fn gather<T: Send>(
+        &self,
+        count: usize,
+        pick: impl Fn(u32) -> Option<T> + Sync,
+        into: &mut Vec<T>,
+    ) {
         into.clear();
         match &self.0 {
             None => into.extend((0..count as u32).filter_map(pick)),
             Some(pool) => pool.install(|| {
                 let parts: Vec<Vec<T>> = (0..count.div_ceil(GRAIN))
                     .into_par_iter()
-                    .map(|part| (part * GRAIN..count.min((part + 1) * GRAIN)).filter_map(|k| pick(k as u32)).collect())
+                    .map(|part| {
+                        (part * GRAIN..count.min((part + 1) * GRAIN)).filter_map(|k| pick(k as u32)).collect()
+                    })
                     .collect();
                 parts.into_iter().for_each(|mut part| into.append(&mut part));
             }),

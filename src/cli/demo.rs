@@ -7,8 +7,8 @@ use super::original;
 use super::output::{MeshFormat, Output, say};
 use super::page::{self, Page};
 use super::progress::Progress;
-use super::resources;
 use super::scene;
+use super::scenes;
 use super::uwm::Uwm;
 use super::verify;
 use super::view;
@@ -128,8 +128,8 @@ impl Shown<'_> {
         let mut lines = vec!["Verified it:".to_owned()];
         let decoded = verify::check(&mut uwm, progress, &mut lines)?;
         original::compare(&mut uwm, &decoded, &source.mesh, &self.original.name, &mut lines)?;
-        if let Some(scene) = &source.scene {
-            resources::compare(&mut uwm, scene, &self.original.name, &mut lines)?;
+        if source.scene.is_some() {
+            scenes::compare(&mut uwm, source, &self.original.name, &mut lines)?;
         }
         say(&format!("{}\n\n", lines.join("\n  ")))?;
 

@@ -252,10 +252,10 @@ mod tests {
     fn what_is_thought_too_likely_is_seen() {
         let bits = |learns: bool| {
             let mut encoder = RangeEncoder::default();
-            let (mut mixers, mut outcomes) = ([Mixer::<1>::ALIKE; 3], Outcomes::NEW);
+            let mut outcomes = Outcomes::NEW;
             for k in 0..4000u32 {
                 let mut sure = Bit::known(60_000, 0);
-                mixers = [Mixer::ALIKE; 3];
+                let mut mixers = [Mixer::ALIKE; 3];
                 if !learns {
                     outcomes = Outcomes::NEW;
                 }

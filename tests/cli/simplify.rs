@@ -1,6 +1,6 @@
 //! `unweld simplify`.
 
-use super::{Folder, keys};
+use super::{Folder, keys, triangles};
 use std::collections::HashSet;
 use unweld::mesh::{CornerTable, IndexedMesh, shapes};
 

@@ -147,7 +147,12 @@ impl<'a> Encoder<'a> {
         attributes::check(mesh, &self.options)?;
         resources::check(&self.resources)?;
         let used = mesh.triangles.iter().flatten().map(|&v| mesh.positions[v as usize]);
-        let (min, max) = lattice::bounds(used).ok_or_else(|| parameter("the mesh has no triangles"))?;
+        // Of a scene all may be points and lines.
+        let is_scene =
+            self.resources.first().is_some_and(|first| first.kind == crate::container::ResourceKind::Scene);
+        let nothing = (is_scene && mesh.positions.is_empty()).then_some(([0.0; 3], [0.0; 3]));
+        let (min, max) =
+            lattice::bounds(used).or(nothing).ok_or_else(|| parameter("the mesh has no triangles"))?;
         let lattice = match &self.membership {
             Some(membership) => membership.lattice,
             None => self.options.lattice_over(min, max)?,

@@ -37,6 +37,11 @@ fn smoke(body: fn(&[u8]), count: usize, most: usize) {
 }
 
 #[test]
+fn scene_writer() {
+    smoke(fuzzing::fuzz_scene_writer, 1500, 30);
+}
+
+#[test]
 fn scenes() {
     smoke(fuzzing::fuzz_scenes, 4000, 30);
 }

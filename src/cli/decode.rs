@@ -26,7 +26,7 @@ pub struct Args {
     /// The file, - for standard input
     #[arg(value_name = "IN.uwm")]
     input: PathBuf,
-    /// The mesh to write, .ply, .obj, .stl or .glb, - for PLY on standard output
+    /// The mesh to write, .ply, .obj, .stl, .glb or .gltf (with OUT.bin and images called OUT-… beside it), - for PLY on standard output
     #[arg(short, long, value_name = "OUT", required_unless_present = "all_levels")]
     output: Option<PathBuf>,
     #[command(flatten)]
@@ -37,7 +37,11 @@ pub struct Args {
     /// Where to start: from the base, or from the keyframe next to the wanted level
     #[arg(long, value_enum, default_value = "replay")]
     via: Via,
-    /// Write every level on the way to DIR/level-J.ply (or .obj, .stl or .glb, if OUT is)
+    /// How a glTF of a scene has its numbers: quantize has positions as integers on the file's lattice, and normals, tangents and texture
+    /// coordinates in 16 bits (KHR_mesh_quantization), where a mesh has no skin, instances or morph targets
+    #[arg(long, value_enum, default_value = "none")]
+    gltf_compression: Compression,
+    /// Write every level on the way to DIR/level-J.ply (or .obj, .stl, .glb or .gltf, if OUT is)
     #[arg(long, value_name = "DIR")]
     all_levels: Option<PathBuf>,
     /// Most memory to use, in bytes or with a suffix K, M, G
@@ -49,6 +53,13 @@ pub struct Args {
     /// Nothing but errors
     #[arg(long, short)]
     quiet: bool,
+}
+
+/// How a glTF has its numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Compression {
+    None,
+    Quantize,
 }
 
 /// How to come to a level.
@@ -95,13 +106,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let way = way(args, &mut uwm)?;
     let (way, short) = within(&uwm, args, way)?;
-    let mut levels = Vec::new();
+    let (mut levels, mut warnings) = (Vec::new(), Vec::new());
     let is_scene = uwm.contents.scene().is_some();
     let mut progress = Progress::new(args.quiet);
     let mut decoder = uwm.decode(way.plan.as_ref(), way.until, &mut progress, &mut |decoder, event| {
         // Level 0 is not complete before its residue.
         if let (Event::Level { level: 1.., .. }, Some(folder), false) = (event, folder, is_scene) {
-            levels.push(write_level(decoder, folder, format, args)?);
+            levels.push(write_level(decoder, folder, format, args, &mut warnings)?);
         }
         Ok(())
     })?;
@@ -110,28 +121,28 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         for level in (finest.max(1)..=uwm.contents.base_level()).rev() {
             let mut decoder = uwm.level(level, &mut progress)?;
             uwm.complete_scene(&mut decoder)?;
-            levels.push(write_level(&decoder, folder, format, args)?);
+            levels.push(write_level(&decoder, folder, format, args, &mut warnings)?);
         }
     }
     drop(progress);
     if let (Some(folder), Some(0)) = (folder, decoder.level()) {
-        levels.push(write_level(&decoder, folder, format, args)?);
+        levels.push(write_level(&decoder, folder, format, args, &mut warnings)?);
     }
     let cut = uwm.cut().filter(|_| short).map(|there| uwm.cut_text(there));
     if let Some(most) = args.quality.triangles {
         remark_on_triangles(args.quiet, &uwm.name, &decoder, most);
     }
-    let mut warnings = Vec::new();
     let text = reached(&mut uwm, &decoder)?;
     let mut written = None;
     if let Some(output) = &output {
-        if format == MeshFormat::Glb && args.quality.max_bytes.is_none() {
+        if format.is_gltf() && args.quality.max_bytes.is_none() {
             uwm.complete_scene(&mut decoder)?;
         }
         let shown = Shown::new(&decoder, args.quality.triangles, format, args.max_memory)
             .with_context(|| uwm.name.clone())?;
-        shown.write(format, output)?;
-        warnings.extend(shown.losses(format).into_iter().map(|loss| format!("{}: {loss}", output.name)));
+        let remarks = shown.write(format, args.is_quantised(), output, &[input])?;
+        let losses = shown.losses(format).into_iter().chain(remarks);
+        warnings.extend(losses.map(|loss| format!("{}: {loss}", output.name)));
         written = Some(Written::new(output, &shown.mesh, &decoder));
     }
     if args.json {
@@ -153,6 +164,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let lines = lines.chain(written.iter().map(|written| format!("{}\n  {text}\n", written.line())));
     let text: String = lines.collect();
     output.as_ref().map_or_else(|| say(&text), |output| output.say(&text))
+}
+
+impl Args {
+    fn is_quantised(&self) -> bool {
+        self.gltf_compression == Compression::Quantize
+    }
 }
 
 /// A mesh that has been written.
@@ -205,6 +222,11 @@ fn check(args: &Args) -> anyhow::Result<()> {
         ("--max-bytes", args.quality.max_bytes.is_some()),
         ("--operations", args.operations.is_some()),
     ];
+    if args.is_quantised()
+        && !args.output.as_deref().is_some_and(|out| MeshFormat::of(out).is_ok_and(MeshFormat::is_gltf))
+    {
+        return Err(Usage("--gltf-compression is for .glb and .gltf".to_owned()).into());
+    }
     match partial.iter().find(|(_, given)| *given && args.via == Via::Keyframe) {
         Some((name, _)) => Err(Usage(format!("--via keyframe leads to a level, not to {name}")).into()),
         None => Ok(()),
@@ -279,12 +301,19 @@ fn within(uwm: &Uwm, args: &Args, way: Way) -> anyhow::Result<(Way, bool)> {
     Ok((Way { plan: Some(prefix), ..way }, short))
 }
 
-fn write_level(decoder: &Decoder, folder: &Path, format: MeshFormat, args: &Args) -> anyhow::Result<Written> {
+fn write_level(
+    decoder: &Decoder,
+    folder: &Path,
+    format: MeshFormat,
+    args: &Args,
+    warnings: &mut Vec<String>,
+) -> anyhow::Result<Written> {
     let (input, name) = (args.input.as_path(), || input::name(&args.input));
     let Some(level) = decoder.level() else { bail!("{}: there is no mesh", name()) };
     let shown = Shown::new(decoder, None, format, args.max_memory).with_context(name)?;
     let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())), [input])?;
-    shown.write(format, &output)?;
+    let remarks = shown.write(format, args.is_quantised(), &output, &[input])?;
+    warnings.extend(remarks.into_iter().map(|remark| format!("{}: {remark}", output.name)));
     Ok(Written::new(&output, &shown.mesh, decoder))
 }
 
@@ -360,6 +389,8 @@ EXAMPLES
   unweld decode bunny.uwm -o coarse.stl --error 0.5%
   unweld decode bunny.uwm -o coarse.stl --error rms:0.1%
   unweld decode bunny.uwm -o early.ply --max-bytes 20K
+  unweld decode scene.uwm -o scene.gltf
+  unweld decode scene.uwm -o small.glb --level 4 --gltf-compression quantize
   unweld decode bunny.uwm --all-levels levels/
   curl -s https://example.org/bunny.uwm | unweld decode - -o bunny.obj
 

@@ -207,8 +207,10 @@ pub fn encode_to(
     let left_out = args.attributes.drop_from(&mut source.mesh);
     source.dropped.extend(left_out);
     let is_part = |attribute: &Attribute| attribute.semantic == Semantic::Part;
-    if source.scene.is_some() && !source.mesh.attributes.iter().any(is_part) {
+    let has_parts = source.mesh.triangles.is_empty() || source.mesh.attributes.iter().any(is_part);
+    if source.scene.is_some() && !has_parts {
         source.scene = None;
+        formats::turn_v(&mut source.mesh);
         source.dropped.push("the scene (without parts)".to_owned());
     }
     let read = start.elapsed().as_secs_f64();

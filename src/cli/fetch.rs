@@ -112,7 +112,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         quality: args.quality,
         keyframe: args.via == decode::Via::Keyframe,
         mesh: format.is_some(),
-        alone: format.is_some_and(|format| format != MeshFormat::Glb),
+        alone: format.is_some_and(|format| !format.is_gltf()),
     };
     let mut sink = match (format, output.target()) {
         (None, None) => Sink::Stream(output.open()?),
@@ -372,9 +372,9 @@ fn write_mesh(args: &Args, got: &Got, part: Part, format: MeshFormat, output: &O
     let decoder = uwm.decode(Some(&got.plan), until, &mut progress, &mut |_, _| Ok(()))?;
     drop(progress);
     let shown = Shown::new(&decoder, None, format, args.max_memory).with_context(|| part.name.clone())?;
-    shown.write(format, output)?;
+    let remarks = shown.write(format, false, output, &[])?;
     part.remove();
-    for loss in shown.losses(format) {
+    for loss in shown.losses(format).into_iter().chain(remarks) {
         remark(args.quiet, &format!("{}: {loss}", output.name));
     }
     if args.quiet || args.json {
@@ -434,7 +434,8 @@ fn form(path: &Path) -> anyhow::Result<Option<MeshFormat>> {
     if is_uwm || is_stream(path) || (is_device && path.extension().is_none()) {
         return Ok(None);
     }
-    let what = || Usage(format!("{}: the name must end in .uwm, .ply, .obj, .stl or .glb", path.display()));
+    let what =
+        || Usage(format!("{}: the name must end in .uwm, .ply, .obj, .stl, .glb or .gltf", path.display()));
     Ok(Some(MeshFormat::of(path).map_err(|_| what())?))
 }
 

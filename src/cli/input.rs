@@ -5,7 +5,7 @@ use super::failure::Usage;
 use super::progress::Progress;
 use super::shown;
 use super::uwm::Uwm;
-use anyhow::{Context, anyhow};
+use anyhow::{Context, anyhow, bail};
 use std::fs::File;
 use std::io::Read;
 use std::path::Path;
@@ -92,10 +92,20 @@ impl Mesh {
         progress: &mut Progress,
     ) -> anyhow::Result<Self> {
         let level = uwm.enter(level, progress)?;
-        let decoder = uwm.level(level, progress)?;
-        let mesh = shown::placed(&decoder, reading.max_memory).with_context(|| uwm.name.clone())?;
-        let is_scene = reading.scenes && uwm.contents.scene().is_some();
-        let dropped = if is_scene { vec!["the scene, flattened".to_owned()] } else { vec![] };
+        let mut decoder = uwm.level(level, progress)?;
+        let mut scene = None;
+        let (mesh, dropped) = if reading.scenes && uwm.contents.scene().is_some() {
+            uwm.complete_scene(&mut decoder)?;
+            let whole = shown::scene(&decoder).with_context(|| uwm.name.clone())?.unwrap_or_default();
+            if let Some(r) = whole.buffers.iter().position(|buffer| buffer.bytes.is_empty()) {
+                bail!("{}: the file is cut off: buffer {r} of its scene is not there", uwm.name);
+            }
+            let mesh = formats::in_bodies(decoder.assembled()?, &whole).with_context(|| uwm.name.clone())?;
+            scene = Some(whole);
+            (mesh, vec![])
+        } else {
+            shown::placed(&decoder, reading.max_memory).with_context(|| uwm.name.clone())?
+        };
         let real = decoder.correction().filter(|_| level == 0).map(|correction| correction.real);
         let source = Source {
             mesh,
@@ -109,7 +119,7 @@ impl Mesh {
             text: false,
             dropped,
             remarks: vec![],
-            scene: None,
+            scene,
         };
         let contents = &uwm.contents;
         let parts = [

@@ -133,7 +133,7 @@ fn read(path: &Path, level: Option<u32>, memory: u64, progress: &mut Progress) -
         Input::Levels(mut uwm) => {
             let level = level.unwrap_or(0);
             let own = uwm.enter(level, progress)?;
-            let mesh = placed(&uwm.level(own, progress)?, memory)?;
+            let (mesh, _) = placed(&uwm.level(own, progress)?, memory)?;
             Measured::new(name, Some(level), mesh)
         }
         Input::Mesh(_) if level.is_some() => Err(input::without_levels(path).into()),

@@ -28,6 +28,7 @@ mod quality;
 mod replace;
 mod resources;
 mod scene;
+mod scenes;
 mod serve;
 mod shown;
 mod signals;

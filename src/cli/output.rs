@@ -11,7 +11,7 @@ use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
-use unweld::formats::{Format, Precision, unwritten, write_glb, write_obj, write_ply, write_stl};
+use unweld::formats::{Format, GltfFiles, Precision, unwritten, write_glb, write_obj, write_ply, write_stl};
 use unweld::mesh::{IndexedMesh, Lattice};
 
 /// A place that can be written to.
@@ -117,6 +117,33 @@ impl Output {
         write().with_context(|| self.name.clone())
     }
 
+    /// Writes a glTF and what lies beside it, of which each file becomes visible once all of it is written, the glTF last. `make` makes them, given
+    /// what their names begin with. None of them must be one of `inputs`.
+    ///
+    /// # Errors
+    /// As [`Output::write`] and [`Output::new`]; [`Usage`] where this is no file with a name.
+    pub fn write_files(
+        &self,
+        inputs: &[&Path],
+        make: impl FnOnce(&str) -> io::Result<GltfFiles>,
+    ) -> anyhow::Result<Vec<String>> {
+        let target = self.target();
+        let stem = target.and_then(|target| target.file_stem()).and_then(|stem| stem.to_str());
+        let (Some(target), Some(stem)) = (target, stem) else {
+            let what = "a .gltf is several files, which need a place beside it and a name of letters";
+            return Err(Usage(format!("{}: {what}", self.name)).into());
+        };
+        let GltfFiles { json, beside, remarks } = make(stem).with_context(|| self.name.clone())?;
+        let outputs =
+            beside.iter().map(|file| Self::new(&target.with_file_name(&file.name), inputs.iter().copied()));
+        let outputs = outputs.collect::<anyhow::Result<Vec<_>>>()?;
+        for (output, file) in outputs.iter().zip(&beside) {
+            output.write(|out| out.write_all(&file.bytes))?;
+        }
+        self.write(|out| out.write_all(&json))?;
+        Ok(remarks)
+    }
+
     /// Tells the user something: on standard output, or on standard error where that is taken by the result.
     ///
     /// # Errors
@@ -143,6 +170,8 @@ pub enum MeshFormat {
     Obj,
     Stl,
     Glb,
+    /// With its buffer and its images in files beside it.
+    Gltf,
 }
 
 impl MeshFormat {
@@ -158,9 +187,10 @@ impl MeshFormat {
             Some("obj") => Ok(Self::Obj),
             Some("stl") => Ok(Self::Stl),
             Some("glb") => Ok(Self::Glb),
+            Some("gltf") => Ok(Self::Gltf),
             _ => {
-                Err(Usage(format!("{}: the name must end in .ply, .obj, .stl or .glb", path.display()))
-                    .into())
+                let ends = ".ply, .obj, .stl, .glb or .gltf";
+                Err(Usage(format!("{}: the name must end in {ends}", path.display())).into())
             }
         }
     }
@@ -172,11 +202,18 @@ impl MeshFormat {
             Self::Obj => "obj",
             Self::Stl => "stl",
             Self::Glb => "glb",
+            Self::Gltf => "gltf",
         }
     }
 
+    /// Whether it has scenes.
+    pub fn is_gltf(self) -> bool {
+        matches!(self, Self::Glb | Self::Gltf)
+    }
+
     /// Writes a mesh; a PLY file in binary32 where that keeps every coordinate, on the lattice if one is given, and an OBJ file
-    /// with its decimals where they keep every point of the lattice. STL and glTF files are always in binary32.
+    /// with its decimals where they keep every point of the lattice. STL and glTF files are always in binary32. [`MeshFormat::Gltf`] is not
+    /// written so, but by [`Output::write_files`].
     ///
     /// # Errors
     /// Those of `out`.
@@ -195,6 +232,7 @@ impl MeshFormat {
             Self::Obj => write_obj(mesh, Precision::Float64, &mut out),
             Self::Stl => write_stl(mesh, &mut out),
             Self::Glb => write_glb(mesh, &mut out),
+            Self::Gltf => Err(io::Error::other("a .gltf is several files")),
         }
     }
 
@@ -204,12 +242,12 @@ impl MeshFormat {
             Self::Ply => Format::Ply,
             Self::Obj => Format::Obj,
             Self::Stl => Format::Stl,
-            Self::Glb => Format::Gltf,
+            Self::Glb | Self::Gltf => Format::Gltf,
         };
         let mut losses = unwritten(mesh, format);
         let name = match self {
             Self::Stl => "STL",
-            Self::Glb => "glTF",
+            Self::Glb | Self::Gltf => "glTF",
             Self::Ply | Self::Obj => return losses,
         };
         let mut used = vec![false; mesh.positions.len()];
@@ -251,6 +289,7 @@ impl MeshFormat {
             (Self::Obj, Real::Binary64) => write_obj(mesh, Precision::Float64, &mut out),
             (Self::Stl, _) => write_stl(mesh, &mut out),
             (Self::Glb, _) => write_glb(mesh, &mut out),
+            (Self::Gltf, _) => Err(io::Error::other("a .gltf is several files")),
         }
     }
 }
@@ -348,6 +387,7 @@ mod tests {
         assert_eq!(of("-"), Some(MeshFormat::Ply));
         assert_eq!(of("a.Stl"), Some(MeshFormat::Stl));
         assert_eq!(of("a.Glb"), Some(MeshFormat::Glb));
+        assert_eq!(of("a.gltf"), Some(MeshFormat::Gltf));
         assert_eq!(["a", "a.off", "a.ply.gz", ".ply"].map(of), [None; 4]);
     }
 

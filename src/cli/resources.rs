@@ -2,12 +2,9 @@
 
 use super::numbers::{columns, count, grouped};
 use super::scene::LISTS;
-use super::uwm::Uwm;
-use anyhow::anyhow;
 use serde_json::{Value, json};
 use std::collections::BTreeMap;
 use unweld::container::{Contents, ResourceKind};
-use unweld::formats::Scene;
 
 /// Resources with what they are.
 pub struct Resources {
@@ -122,41 +119,22 @@ impl Resources {
     }
 }
 
-/// Whether a file has the scene of `original`: its JSON and all its buffers, byte for byte; `lines` gets what was found.
-///
-/// # Errors
-/// What is another one, with the name of the file.
-pub fn compare(uwm: &mut Uwm, scene: &Scene, original: &str, lines: &mut Vec<String>) -> anyhow::Result<()> {
-    let number = uwm.contents.resources.len();
-    let decoder = uwm.resources(0..number)?;
-    let differs = |what: String| anyhow!("{}: not {original}: {what}", uwm.name);
-    if decoder.scene() != Some(&scene.json) {
-        return Err(differs("another scene".to_owned()));
-    }
-    for (r, buffer) in scene.buffers.iter().enumerate() {
-        let bytes = uwm.contents.buffer(r).and_then(|number| decoder.resource(number));
-        if bytes != Some(&buffer.bytes) {
-            return Err(differs(format!("another buffer {r} of the scene")));
-        }
-    }
-    if number != 1 + scene.buffers.len() {
-        return Err(differs(format!(
-            "{} instead of {}",
-            count(number as u64, "resource"),
-            1 + scene.buffers.len()
-        )));
-    }
-    let bytes: u64 = uwm.contents.resources.iter().map(|entry| entry.bytes).sum();
-    lines.push(format!(
-        "scene       {} of {}: the same",
-        count(number as u64, "resource"),
-        count(bytes, "byte")
-    ));
-    Ok(())
-}
-
 fn told(name: &str) -> String {
     if name.is_empty() { String::new() } else { format!(", {name}") }
+}
+
+/// The roles of buffers that hold an image, by their numbers, as the JSON of a scene tells.
+pub fn roles_of(scene: &[u8]) -> BTreeMap<usize, unweld::formats::Role> {
+    use unweld::formats::Role as Told;
+    let scene = serde_json::from_slice(scene).unwrap_or_default();
+    let told = |role| match role {
+        Role::Original { image, .. } => Told::Original { image },
+        Role::Preview { image, size, .. } => {
+            Told::Preview { image, size: u32::try_from(size).unwrap_or(u32::MAX) }
+        }
+        Role::Binary => Told::Binary,
+    };
+    roles(&scene).into_iter().map(|(buffer, role)| (buffer, told(role))).collect()
 }
 
 /// By buffer, those that hold an image.
@@ -223,25 +201,6 @@ mod tests {
             lines[3].ends_with("64 px of image 0, bark") && lines[4].ends_with("image 0, bark"),
             "{table}"
         );
-        // The same scene, and others.
-        use unweld::formats::{Role, SceneBuffer};
-        let mut uwm = Uwm::in_memory(file.clone(), "a.uwm").unwrap();
-        let buffer =
-            |bytes: usize| SceneBuffer { bytes: vec![1; bytes], role: Role::Binary, useful_from: 0.0 };
-        let sound = Scene { json: scene.to_vec(), buffers: [10, 20, 30].map(buffer).to_vec() };
-        let mut lines = Vec::new();
-        compare(&mut uwm, &sound, "a.glb", &mut lines).unwrap();
-        assert!(lines.len() == 1 && lines[0].starts_with("scene       4 resources of "), "{lines:?}");
-        let others = [
-            (Scene { json: b"{}".to_vec(), ..sound.clone() }, "a.uwm: not a.glb: another scene"),
-            (Scene { buffers: [10, 20, 31].map(buffer).to_vec(), ..sound.clone() }, "another buffer 2"),
-            (Scene { buffers: [10, 20].map(buffer).to_vec(), ..sound.clone() }, "4 resources instead of 3"),
-            (Scene { buffers: [10, 20, 30, 5].map(buffer).to_vec(), ..sound }, "another buffer 3"),
-        ];
-        for (other, why) in others {
-            let error = compare(&mut uwm, &other, "a.glb", &mut Vec::new()).unwrap_err().to_string();
-            assert!(error.contains(why), "{error}");
-        }
         // Nothing is known of what they are without it, nor of one that is no JSON.
         for scene in [None, Some(&b"{"[..])] {
             let told = Resources::new(&contents, scene);

@@ -1,13 +1,15 @@
 //! What a decoded file shows: its mesh, or all of its scene.
 
 use super::output::{MeshFormat, Output};
+use super::resources;
 use anyhow::bail;
+use std::path::Path;
 use unweld::codec::grid::Real;
 use unweld::codec::walk::Tour;
 use unweld::codec::whole::Whole;
 use unweld::container::ResourceKind;
 use unweld::decoder::Decoder;
-use unweld::formats::{self, Role, Scene, SceneBuffer, write_scene};
+use unweld::formats::{self, Role, Scene, SceneBuffer, SceneOptions, gltf_files, write_scene};
 use unweld::mesh::attributes::{Quantisation, Semantic};
 use unweld::mesh::{IndexedMesh, Lattice};
 
@@ -20,6 +22,9 @@ pub struct Shown {
     scene: Option<Scene>,
     /// Whether its weights are those of the source.
     exact_weights: bool,
+    /// What of the scene a mesh alone has not.
+    dropped: Vec<String>,
+    memory: u64,
 }
 
 /// What coordinates are.
@@ -49,44 +54,80 @@ impl Shown {
         let real =
             decoder.correction().filter(|_| decoder.level() == Some(0)).map(|correction| correction.real);
         let numbers = real.map_or(Numbers::OnLattice(lattice), Numbers::Exact);
-        let plain = |mesh, numbers| Self { mesh, numbers, scene: None, exact_weights: false };
+        let plain = |mesh, numbers| {
+            let (scene, exact_weights, dropped) = (None, false, vec![]);
+            Self { mesh, numbers, scene, exact_weights, dropped, memory }
+        };
         if contents.scene().is_none() {
             return Ok(match without_residue(decoder, triangles, &lattice) {
                 Some(mesh) => plain(mesh, Numbers::OnLattice(lattice)),
                 None => plain(decoder.assembled()?, numbers),
             });
         }
-        if format != MeshFormat::Glb {
+        if !format.is_gltf() {
             let exact = if real.is_some() { Numbers::Exact(Real::Binary64) } else { Numbers::Any };
-            return Ok(plain(placed(decoder, memory)?, exact));
+            let (mesh, dropped) = placed(decoder, memory)?;
+            return Ok(Self { dropped, ..plain(mesh, exact) });
         }
         let is_exact =
             |quantisation: &Quantisation| matches!(quantisation, Quantisation::Integer | Quantisation::Raw);
         let mut weights = contents.attributes.iter().filter(|entry| entry.semantic == Semantic::Weights);
         let exact_weights = weights.all(|entry| is_exact(&entry.quantisation));
-        Ok(Self { mesh: decoder.assembled()?, numbers, scene: scene(decoder)?, exact_weights })
+        Ok(Self { scene: scene(decoder)?, exact_weights, ..plain(decoder.assembled()?, numbers) })
     }
 
-    /// Writes it, in the type of its coordinates where these are exact.
+    /// Writes it, in the type of its coordinates where these are exact; a glTF whose numbers are to be integers where they can be, if it is
+    /// `quantised`. Files beside a glTF must not be one of `inputs`. Returns what is not as it was asked for, in words for the user.
     ///
     /// # Errors
     /// Those of the medium; where the scene is at fault.
-    pub fn write(&self, format: MeshFormat, output: &Output) -> anyhow::Result<()> {
-        output.write(|mut out| match (&self.scene, &self.numbers) {
-            (Some(scene), _) => write_scene(&self.mesh, scene, self.exact_weights, &mut out),
-            (None, Numbers::Exact(real)) => format.write_exact(&self.mesh, *real, out),
-            (None, Numbers::OnLattice(lattice)) => format.write(&self.mesh, Some(lattice), out),
-            (None, Numbers::Any) => format.write(&self.mesh, None, out),
-        })
+    pub fn write(
+        &self,
+        format: MeshFormat,
+        quantised: bool,
+        output: &Output,
+        inputs: &[&Path],
+    ) -> anyhow::Result<Vec<String>> {
+        let mut options = SceneOptions::default();
+        options.exact_weights = self.exact_weights;
+        options.max_memory = self.memory;
+        let mut remarks = Vec::new();
+        options.quantise = match self.numbers {
+            Numbers::OnLattice(lattice) if quantised && self.scene.is_some() => Some(lattice),
+            _ => None,
+        };
+        if quantised && options.quantise.is_none() {
+            let why = if self.scene.is_none() { "the file has no scene" } else { "they are exact" };
+            remarks.push(format!("coordinates stay floating-point numbers: {why}"));
+        }
+        if format == MeshFormat::Gltf {
+            let make = |stem: &str| gltf_files(&self.mesh, self.scene.as_ref(), &options, stem);
+            remarks.extend(output.write_files(inputs, make)?);
+            return Ok(remarks);
+        }
+        output.write(|mut out| {
+            match (&self.scene, &self.numbers) {
+                (Some(scene), _) => remarks.extend(write_scene(&self.mesh, scene, &options, &mut out)?),
+                (None, Numbers::Exact(real)) => format.write_exact(&self.mesh, *real, out)?,
+                (None, Numbers::OnLattice(lattice)) => format.write(&self.mesh, Some(lattice), out)?,
+                (None, Numbers::Any) => format.write(&self.mesh, None, out)?,
+            }
+            Ok(())
+        })?;
+        Ok(remarks)
     }
 
     /// What a file of a format does not keep of it, in words for the user.
     pub fn losses(&self, format: MeshFormat) -> Vec<String> {
-        match self.numbers {
+        let mut losses = match self.numbers {
             _ if self.scene.is_some() => Vec::new(),
             Numbers::OnLattice(lattice) => format.losses(&self.mesh, Some(&lattice)),
             Numbers::Exact(_) | Numbers::Any => format.losses(&self.mesh, None),
+        };
+        if !self.dropped.is_empty() {
+            losses.push(format!("of the scene it has not {}", self.dropped.join(", ")));
         }
+        losses
     }
 }
 
@@ -101,29 +142,36 @@ pub fn scene(decoder: &Decoder) -> anyhow::Result<Option<Scene>> {
     let Some(json) = decoder.scene() else {
         bail!("the scene stands behind what is decoded: without it no mesh has its place");
     };
-    let buffers =
+    let roles = resources::roles_of(json);
+    let mut buffers: Vec<SceneBuffer> = Vec::new();
+    let entries =
         contents.resources.iter().enumerate().filter(|(_, entry)| entry.kind == ResourceKind::Buffer);
-    let buffers = buffers.map(|(number, entry)| SceneBuffer {
-        bytes: decoder.resource(number).unwrap_or_default().to_vec(),
-        role: Role::Binary,
-        useful_from: match entry.place {
+    for (r, (number, entry)) in entries.enumerate() {
+        let error = match entry.place {
             place if place == contents.base_level() => f64::INFINITY,
             0 => 0.0,
             place => contents.level(place).map_or(0.0, |level| level.max_error),
-        },
-    });
-    Ok(Some(Scene { json: json.to_vec(), buffers: buffers.collect() }))
+        };
+        buffers.push(SceneBuffer {
+            bytes: decoder.resource(number).unwrap_or_default().to_vec(),
+            role: roles.get(&r).copied().unwrap_or(Role::Binary),
+            // Levels need not be in the order of their errors, buffers are.
+            useful_from: buffers.last().map_or(error, |last| error.min(last.useful_from)),
+        });
+    }
+    Ok(Some(Scene { json: json.to_vec(), buffers }))
 }
 
-/// All that the scene of a file shows, where it is shown, or its mesh where it has none.
+/// All that the scene of a file shows, where it is shown, or its mesh where it has none; and what of the scene that has not, in words for the
+/// user.
 ///
 /// # Errors
 /// As [`Shown::new`].
-pub fn placed(decoder: &Decoder, memory: u64) -> anyhow::Result<IndexedMesh> {
+pub fn placed(decoder: &Decoder, memory: u64) -> anyhow::Result<(IndexedMesh, Vec<String>)> {
     let mesh = decoder.assembled()?;
     match scene(decoder)? {
         Some(scene) => Ok(formats::placed(&mesh, &scene, memory)?),
-        None => Ok(mesh),
+        None => Ok((mesh, vec![])),
     }
 }
 

@@ -18,7 +18,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 use unweld::codec::grid::Real;
 use unweld::encoder::Joined;
-use unweld::formats::Coordinates;
+use unweld::formats::{Coordinates, SceneOptions, gltf_files};
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::{Weld, condition};
 use unweld::mesh::{IndexedMesh, Lattice, lattice};
@@ -30,7 +30,7 @@ pub struct Args {
     /// The mesh (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or .uwm), - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The mesh to write, .ply, .obj, .stl or .glb, - for PLY on standard output
+    /// The mesh to write, .ply, .obj, .stl, .glb or .gltf, - for PLY on standard output
     #[arg(short, long, value_name = "OUT")]
     output: PathBuf,
     #[command(flatten)]
@@ -106,10 +106,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.strict && !dropped.is_empty() {
         bail!("{name}: --strict: the result cannot keep {}", dropped.join(", "));
     }
-    output.write(|out| match source.coordinates {
-        Coordinates::Float32 => format.write_exact(&mesh, Real::Binary32, out),
-        Coordinates::Float64 | Coordinates::Text => format.write(&mesh, None, out),
-    })?;
+    match format {
+        MeshFormat::Gltf => {
+            drop(output.write_files(&[&args.input], |stem| {
+                gltf_files(&mesh, None, &SceneOptions::default(), stem)
+            })?)
+        }
+        _ => output.write(|out| match source.coordinates {
+            Coordinates::Float32 => format.write_exact(&mesh, Real::Binary32, out),
+            Coordinates::Float64 | Coordinates::Text => format.write(&mesh, None, out),
+        })?,
+    }
 
     let diagonal = source.mesh.diagonal();
     let distance = distance(&source.mesh, &mesh, SAMPLES);

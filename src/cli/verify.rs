@@ -7,7 +7,7 @@ use super::numbers::{count, grouped};
 use super::original::{compare, lists_differ};
 use super::output::say;
 use super::progress::Progress;
-use super::resources;
+use super::scenes;
 use super::triangles::{Fingerprint, Zeros};
 use super::uwm::Uwm;
 use anyhow::{anyhow, bail};
@@ -19,7 +19,7 @@ use unweld::formats::Coordinates;
 use unweld::mesh::IndexedMesh;
 use unweld::mesh::topology::{Census, census};
 
-/// Check a .uwm file; with ORIGINAL, also that it holds the same triangles, as exactly as it claims to
+/// Check a .uwm file; with ORIGINAL, also that it holds the same triangles, as exactly as it claims to, and the same scene
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -63,7 +63,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             }
             let name = input::name(original);
             compare(&mut uwm, &mesh, &source.mesh, &name, &mut lines)?;
-            source.scene.map_or(Ok(()), |scene| resources::compare(&mut uwm, &scene, &name, &mut lines))
+            scenes::compare(&mut uwm, &source, &name, &mut lines)
         }
         None => Ok(()),
     });

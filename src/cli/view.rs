@@ -227,7 +227,7 @@ pub fn levels(
     meshes.insert(decoder.level().unwrap_or(finest), decoder.assembled()?);
     if let Some(scene) = shown::scene(&decoder).with_context(|| uwm.name.clone())? {
         for mesh in meshes.values_mut() {
-            *mesh = placed(mesh, &scene, uwm.memory()).with_context(|| uwm.name.clone())?;
+            *mesh = placed(mesh, &scene, uwm.memory()).with_context(|| uwm.name.clone())?.0;
         }
     }
     Ok(meshes)

@@ -6,7 +6,7 @@ use crate::container::AttributeEntry;
 use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored};
 use crate::mesh::topology::{Manifold, Remainder};
 use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Vertex};
-use crate::simplify::{Features, Values};
+use crate::simplify::{Bodies, Features, Values};
 use bitvec::vec::BitVec;
 use std::collections::HashMap;
 
@@ -56,6 +56,12 @@ pub fn features(
     columns.sort_by_key(|column| !column.is_chart);
     features.values = input.values(&columns);
     features
+}
+
+/// Which vertices of a conditioned mesh are of which body.
+pub fn bodies(mesh: &IndexedMesh, remainder: &Remainder) -> Bodies {
+    let body = |v: &Vertex| mesh.bodies.partition_point(|&first| first <= v.0) as u32;
+    Bodies::new(remainder.origins.vertices.iter().map(body).collect())
 }
 
 /// Whether an attribute may be born at a coarser level than the finest.

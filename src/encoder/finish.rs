@@ -84,10 +84,13 @@ impl<'a> Finish<'a> {
 
     /// What the attributes mean to the simplification.
     pub fn features(&self, manifold: &Manifold, options: &Options, lattice: &Lattice) -> Features {
+        let bodies = features::bodies(self.input, &self.remainder);
         if self.entries.is_empty() {
-            return Features::default();
+            return Features { bodies, ..Features::default() };
         }
-        features::features(self.input, manifold, &self.remainder, &self.entries, options, lattice)
+        let features =
+            features::features(self.input, manifold, &self.remainder, &self.entries, options, lattice);
+        Features { bodies, ..features }
     }
 
     /// What the corners of `simplified`, whose vertices are at `positions`, are at every level; `None` where there are no attributes. The

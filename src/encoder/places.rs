@@ -53,7 +53,7 @@ impl Places {
         let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
         let mut moved = (lifting > 0).then(|| {
             let input = std::mem::take(&mut simplified.input);
-            Moved::new(input, &finest, lattice.bits)
+            Moved::new(input, std::mem::take(&mut simplified.bodies), &finest, lattice.bits)
         });
         let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };
         let (places, changes) = loop {

@@ -47,7 +47,10 @@ mod stl_write;
 mod text;
 mod write;
 
-pub use gltf::{placed, write_glb, write_progressive, write_scene};
+pub use gltf::{
+    File, GltfFiles, SceneOptions, gltf_files, in_bodies, placed, turn_v, write_glb, write_progressive,
+    write_scene,
+};
 pub use gzip::INFLATED_BYTES;
 pub use obj_write::write_obj;
 pub use ply_write::write_ply;
@@ -240,6 +243,8 @@ fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     };
     match source.mesh.positions.len() {
         _ if !source.mesh.triangles.is_empty() => {}
+        // Its points and lines are in the scene.
+        _ if source.scene.is_some() => {}
         0 => return Err(whole("no triangles").into()),
         vertices => return Err(whole(&format!("no triangles, only vertices ({vertices})")).into()),
     }

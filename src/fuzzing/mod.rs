@@ -37,6 +37,6 @@ pub use formats::fuzz_formats;
 #[cfg(feature = "encode")]
 pub use resources::fuzz_resources;
 #[cfg(feature = "formats")]
-pub use scenes::fuzz_scenes;
+pub use scenes::{fuzz_scene_writer, fuzz_scenes};
 #[cfg(feature = "encode")]
 pub use sets::fuzz_sets;

@@ -1,10 +1,10 @@
-//! The reader of scenes on hostile files: a small scene with something of everything, changed.
+//! The reader and the writer of scenes on hostile files: a small scene with something of everything, changed.
 
 use serde_json::{Value, json};
 
 use crate::error::Error;
-use crate::formats::{self, Format, ReadOptions, Role, Scene};
-use crate::mesh::IndexedMesh;
+use crate::formats::{self, Format, ReadOptions, Role, Scene, SceneOptions, Source};
+use crate::mesh::{IndexedMesh, Lattice};
 
 /// Changes a scene in up to 16 places, of its JSON or of its bytes, and reads it, as a scene and flattened. What is accepted names nothing
 /// that is not there.
@@ -15,7 +15,7 @@ pub fn fuzz_scenes(data: &[u8]) {
     if kind % 4 > 0 {
         for &[place, further, value] in &changes {
             let places = places(&json);
-            let pointer = &places[usize::from(u16::from_be_bytes([place, further]))][..];
+            let pointer = &places[usize::from(u16::from_be_bytes([place, further])) % places.len()][..];
             if let Some(value_there) = json.pointer_mut(pointer) {
                 *value_there = self::value(value);
             }
@@ -43,6 +43,69 @@ pub fn fuzz_scenes(data: &[u8]) {
             Err(Error::Input(_) | Error::Limit { .. }) => {}
             Err(e) => panic!("{e}"),
         }
+    }
+}
+
+/// Changes the JSON of a scene that has been read in up to 16 places, or its text, and writes it, with its mesh and without, in all ways there
+/// are: so it comes out of a hostile file. What is written is glTF that the reader takes, and not more than is allowed.
+pub fn fuzz_scene_writer(data: &[u8]) {
+    let Some((&kind, changes)) = data.split_first() else { return };
+    let mut options = ReadOptions { format: Some(Format::Gltf), scenes: true, ..ReadOptions::default() };
+    let Ok(Source { mesh, scene: Some(mut scene), .. }) = formats::read_with(&framed(&seed()), &options)
+    else {
+        panic!("the seed is a scene");
+    };
+    let mut json: Value = serde_json::from_slice(&scene.json).expect("it is JSON");
+    let changes = changes.as_chunks::<3>().0.iter().take(16);
+    for &[place, further, value] in changes.clone().filter(|_| kind % 4 > 0) {
+        let places = places(&json);
+        let pointer = &places[usize::from(u16::from_be_bytes([place, further])) % places.len()][..];
+        if let Some(value_there) = json.pointer_mut(pointer) {
+            *value_there = self::value(value);
+        }
+    }
+    scene.json = json.to_string().into_bytes();
+    for &[high, low, value] in changes.filter(|_| kind % 4 == 0) {
+        let length = scene.json.len();
+        scene.json[usize::from(u16::from_be_bytes([high, low])) % length] = value;
+    }
+    if kind & 4 > 0 {
+        scene.buffers.iter_mut().skip(1).for_each(|buffer| buffer.bytes.clear());
+    }
+    let mesh = if kind & 8 > 0 { IndexedMesh::default() } else { mesh };
+    let mut writing = SceneOptions { max_memory: 1 << 22, ..SceneOptions::default() };
+    if kind & 16 > 0 {
+        writing.quantise = Some(Lattice::over([-4.0; 3], [4.0; 3], 12));
+    }
+    let refused = |e: &std::io::Error| {
+        let is_limit = e.get_ref().is_some_and(|e| matches!(e.downcast_ref(), Some(Error::Limit { .. })));
+        assert!(is_limit || e.kind() == std::io::ErrorKind::InvalidInput, "{e}");
+    };
+    let mut bytes = Vec::new();
+    match formats::write_scene(&mesh, &scene, &writing, &mut bytes) {
+        Ok(_) => {
+            assert!(bytes.len() <= 1 << 22);
+            options.force = true;
+            // What was not right in the JSON is not right again; but nothing else is.
+            if let Err(e) = formats::read_with(&bytes, &options) {
+                assert!(matches!(e, Error::Input(_) | Error::Limit { .. }), "{e}");
+            }
+        }
+        Err(e) => refused(&e),
+    }
+    match formats::gltf_files(&mesh, Some(&scene), &writing, "x") {
+        Ok(files) => {
+            let names: std::collections::BTreeSet<_> = files.beside.iter().map(|file| &file.name).collect();
+            assert_eq!(names.len(), files.beside.len());
+            let is_safe = |name: &str| name.starts_with("x") && !name.contains(['/', '\\', '\0', ':']);
+            assert!(names.iter().all(|name| is_safe(name)), "{names:?}");
+        }
+        Err(e) => refused(&e),
+    }
+    let _ = formats::placed(&mesh, &scene, 1 << 22);
+    let _ = formats::in_bodies(mesh.clone(), &scene);
+    if let Err(e) = formats::write_progressive(&mesh, &scene, b"file", &mut std::io::sink()) {
+        refused(&e);
     }
 }
 
@@ -79,7 +142,7 @@ fn check(mesh: &IndexedMesh, scene: &Scene) {
     }
 }
 
-/// The pointers to all values of a document, over and over.
+/// The pointers to all values of a document, at least one.
 fn places(json: &Value) -> Vec<String> {
     let (mut found, mut open) = (Vec::new(), vec![(String::new(), json)]);
     while let Some((pointer, value)) = open.pop() {
@@ -99,7 +162,7 @@ fn places(json: &Value) -> Vec<String> {
     if found.is_empty() {
         found.push(String::new());
     }
-    found.into_iter().cycle().take(1 << 16).collect()
+    found
 }
 
 fn value(choice: u8) -> Value {

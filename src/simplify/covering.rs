@@ -1,6 +1,7 @@
 //! Which triangle covers each removed vertex, and how far off: the level's error is tracked while simplifying. What vertices do not tell,
 //! the edges' paths do.
 
+use super::bodies::Bodies;
 use super::frame::Places;
 use super::paths::Paths;
 use crate::mesh::distance::point_triangle_distance_squared;
@@ -77,7 +78,7 @@ const NONE: u32 = u32::MAX;
 
 impl Covering {
     /// Nothing is removed yet.
-    pub fn new(table: &CornerTable, places: &Places) -> Self {
+    pub fn new(table: &CornerTable, places: &Places, bodies: Bodies) -> Self {
         let count = places.positions.len();
         let mut weights = vec![0.0; count];
         for t in table.triangles() {
@@ -95,7 +96,7 @@ impl Covering {
             missing: 0.0,
             largest_missing: 0.0,
             picked: picked(count),
-            paths: Paths::new(table),
+            paths: Paths::new(table, bodies),
             patches: Vec::new(),
         }
     }
@@ -231,9 +232,10 @@ impl Covering {
         if outline.iter().all(|&squared| squared == 0.0) { Vec::new() } else { outline }
     }
 
-    /// Of each vertex of the input a third of the area round it, and the input.
-    pub fn into_parts(self) -> (Vec<f32>, CornerTable) {
-        (self.weights, self.paths.input)
+    /// Of each vertex of the input a third of the area round it, the input, and which of its vertices are of which body.
+    pub fn into_parts(self) -> (Vec<f32>, CornerTable, Bodies) {
+        let (input, bodies) = self.paths.into_parts();
+        (self.weights, input, bodies)
     }
 
     /// How far the level as it stands and the input are apart, the level's vertices moved to the lattice.
@@ -341,7 +343,7 @@ mod tests {
         let [input, level] =
             [input, level].map(|triangles| CornerTable::from_triangles(positions.len(), triangles).unwrap());
         let places = places(positions);
-        let mut covering = Covering::new(&input, &places);
+        let mut covering = Covering::new(&input, &places, Bodies::default());
         let triangles: Vec<_> = level.triangles().collect();
         let gone: Vec<_> = gone.iter().map(|&v| Vertex(v)).collect();
         // Twice: the first time nothing is known of them, and all triangles are asked.

@@ -6,6 +6,7 @@
 //! that what is left is regular again.
 
 mod births;
+mod bodies;
 mod covering;
 mod frame;
 mod level;
@@ -25,6 +26,7 @@ mod star;
 mod values;
 
 pub use births::Births;
+pub use bodies::Bodies;
 pub use covering::{LevelError, Probe, Traces};
 pub use moved::Moved;
 pub use seams::Features;
@@ -155,6 +157,8 @@ pub struct Simplified {
     pub weights: Vec<f32>,
     /// The mesh as it was given.
     pub input: CornerTable,
+    /// Which of its vertices are of which body.
+    pub bodies: Bodies,
     /// The coarsest level at which all charts are whole ([`Features::seams`]); all coarser ones know of no seam but [`Features::kept`].
     pub charts_to: usize,
     /// Where the time went.
@@ -180,12 +184,12 @@ pub fn simplify(
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
     let mut components = Components::new(&table, &places, options.births);
-    let Features { seams, kept, binding, values } = features;
+    let Features { seams, kept, binding, values, bodies } = features;
     let gives_up = !binding && seams != kept;
     let (seams, corners) = (Seams::new(&table, seams, kept)?, Corners::new(&table, values)?);
     let options =
         &if corners.as_ref().is_some_and(Corners::vary) { options.for_values() } else { options.clone() };
-    let mut remover = Remover::new(table, places, Kept { locked, seams, gives_up, corners }, options);
+    let mut remover = Remover::new(table, places, Kept { locked, seams, gives_up, corners, bodies }, options);
     let start = remover.vertices;
     let mut held = remover.held();
     let held_otherwise = held - remover.held_by_curves();
@@ -265,9 +269,9 @@ pub fn simplify(
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
     let Remover { table: base, history, covering, .. } = remover;
-    let (weights, input) = covering.into_parts();
+    let (weights, input, bodies) = covering.into_parts();
     let charts_to = charts_to.unwrap_or(history.level_count());
-    Ok(Simplified { base, history, errors, traces, weights, input, charts_to, seconds })
+    Ok(Simplified { base, history, errors, traces, weights, input, bodies, charts_to, seconds })
 }
 
 /// Budget of a level that has values.

@@ -4,6 +4,7 @@
 //! as far off as the removed vertices from their triangles, the paths from their edges, and the vertices from where they were. Only what
 //! was far off, or has moved far, is looked at again.
 
+use super::bodies::Bodies;
 use super::covering::Traces;
 use super::frame::{Frame, Places};
 use super::paths::Paths;
@@ -21,10 +22,10 @@ pub struct Moved {
 
 impl Moved {
     /// The input, its vertices on the lattice.
-    pub fn new(input: CornerTable, positions: &[[i32; 3]], bits: u32) -> Self {
+    pub fn new(input: CornerTable, bodies: Bodies, positions: &[[i32; 3]], bits: u32) -> Self {
         let lattice = Lattice { origin: [0.0; 3], step: 1.0, bits };
         Self {
-            paths: Paths::of(input),
+            paths: Paths::of(input, bodies),
             positions: positions.iter().map(|p| p.map(f64::from)).collect(),
             frame: Frame::new(&lattice),
         }
@@ -96,7 +97,7 @@ mod tests {
             left_out: 150.0,
             ..Traces::default()
         };
-        (Moved::new(input, &positions, 10), traces, positions)
+        (Moved::new(input, Bodies::default(), &positions, 10), traces, positions)
     }
 
     fn error(up: i32, change: impl Fn(&mut Traces)) -> f64 {

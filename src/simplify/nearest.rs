@@ -1,5 +1,6 @@
 //! The nearest point of the input, looked for from near by.
 
+use super::bodies::Bodies;
 use super::frame::Places;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
@@ -12,6 +13,8 @@ pub struct Near<'a> {
     pub input: &'a CornerTable,
     /// Its vertices.
     pub places: &'a Places<'a>,
+    /// Which of them are of which body.
+    pub bodies: &'a Bodies,
     /// The corners of a level's triangle.
     pub corners: [Vertex; 3],
     /// Vertices near by, of which a few are asked.
@@ -37,10 +40,10 @@ pub fn farthest_of_triangle(near: &Near, triangle: [DVec3; 3], most: f32) -> f32
 }
 
 impl Near<'_> {
-    /// A vertex of the input near a point: the nearest of some from all over.
+    /// A vertex of the triangle's body near a point: the nearest of some from all over.
     fn closest(&self, p: DVec3) -> Vertex {
-        let count = self.places.positions.len();
-        let vertices = (0..count).step_by(count.div_ceil(ALL_OVER).max(1)).map(|v| Vertex(v as u32));
+        let body = self.bodies.around(self.corners[0], self.places.positions.len());
+        let vertices = body.some(ALL_OVER);
         let apart = |v: Vertex| self.places.at(v).distance_squared(p);
         let there = vertices.filter(|&v| self.input.corner_of(v).is_some()).map(|v| (apart(v), v));
         there.min_by(|x, y| x.0.total_cmp(&y.0)).map_or(self.corners[0], |(_, v)| v)
@@ -49,7 +52,7 @@ impl Near<'_> {
 
 /// The farthest of some points, squared, and which it is; also looked for from some more vertices.
 fn farthest_point(
-    &Near { input, places, corners, met: known }: &Near,
+    &Near { input, places, bodies: _, corners, met: known }: &Near,
     [a, b, c]: [DVec3; 3],
     most: f32,
     starts: &[Vertex],
@@ -193,11 +196,39 @@ mod tests {
         let input = CornerTable::from_triangles(44, &strip).unwrap();
         let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
         let places = Places { positions: &positions, frame: Frame::new(&lattice) };
-        let near = Near { input: &input, places: &places, corners: [2, 4, 3].map(Vertex), met: &[] };
+        let bodies = Bodies::default();
+        let near = Near {
+            input: &input,
+            places: &places,
+            bodies: &bodies,
+            corners: [2, 4, 3].map(Vertex),
+            met: &[],
+        };
         for (height, far) in [(1.9, 0.1), (0.2, 0.2)] {
             let triangle = [[1.0, 0.0], [2.0, 0.0], [1.0, 1.0]].map(|[x, y]| DVec3::new(x, y, height));
             let found = farthest_of_triangle(&near, triangle, 0.01).sqrt();
             assert!((found - far).abs() < 1e-6, "{height}: {found}");
         }
+    }
+
+    /// A square of height 0, and another body that lies where the level of the first one has its triangle, far above.
+    #[test]
+    fn what_lies_where_the_level_is_and_is_another_body_is_not_near() {
+        let square =
+            |height: f64| [[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]].map(|[x, y]| [x, y, height]);
+        let positions = [square(0.0), square(3.0)].concat();
+        let input = CornerTable::from_triangles(8, &[[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]]).unwrap();
+        let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
+        let places = Places { positions: &positions, frame: Frame::new(&lattice) };
+        let triangle = [[1.0, 1.0], [8.0, 1.0], [8.0, 8.0]].map(|[x, y]| DVec3::new(x, y, 3.0));
+        let far = |bodies: &Bodies, corners: [u32; 3]| {
+            let near =
+                Near { input: &input, places: &places, bodies, corners: corners.map(Vertex), met: &[] };
+            farthest_of_triangle(&near, triangle, 0.01).sqrt()
+        };
+        let apart = Bodies::new(vec![0, 0, 0, 0, 1, 1, 1, 1]);
+        assert!((far(&apart, [0, 1, 2]) - 3.0).abs() < 1e-6);
+        assert!(far(&apart, [4, 5, 6]) < 1e-6);
+        assert!(far(&Bodies::default(), [0, 1, 2]) < 1e-6);
     }
 }

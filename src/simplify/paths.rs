@@ -10,6 +10,7 @@
 //! At the boundary the path is the input's boundary; elsewhere it is the cut of the input with the plane through the edge and the level's
 //! normal. Such a path may be a detour, and there may be none: what is to be the largest distance of all is measured at points instead.
 
+use super::bodies::Bodies;
 use super::frame::Places;
 use super::nearest::{Near, farthest_of_triangle};
 use crate::mesh::distance::point_segment_distance_squared;
@@ -20,6 +21,8 @@ use glam::DVec3;
 #[derive(Debug)]
 pub struct Paths {
     pub input: CornerTable,
+    /// Which of its vertices are of which body.
+    bodies: Bodies,
     /// By corner, for the edge opposite, both sides alike: the squared distance of its path's farthest knot. Where the path has not been
     /// followed, a bound of it, negative; at the boundary NaN.
     farthest: CornerMap<f32>,
@@ -31,14 +34,14 @@ pub struct Paths {
 
 impl Paths {
     /// Nothing is removed yet: each edge is its path.
-    pub fn new(input: &CornerTable) -> Self {
+    pub fn new(input: &CornerTable, bodies: Bodies) -> Self {
         let farthest = CornerMap::new(0.0, input.slots());
-        Self { farthest, outline: vec![0.0; input.vertex_slots()], ..Self::of(input.clone()) }
+        Self { farthest, outline: vec![0.0; input.vertex_slots()], ..Self::of(input.clone(), bodies) }
     }
 
     /// Those of an input, of which nothing is known.
-    pub fn of(input: CornerTable) -> Self {
-        Self { input, farthest: CornerMap::default(), outline: Vec::new(), met: Vec::new() }
+    pub fn of(input: CornerTable, bodies: Bodies) -> Self {
+        Self { input, bodies, farthest: CornerMap::default(), outline: Vec::new(), met: Vec::new() }
     }
 
     /// The largest squared distance of the edges of a triangle, or a bound of it. It is one of a star, which may be gone.
@@ -53,6 +56,11 @@ impl Paths {
         }
         self.farthest.0.truncate(there.len());
         self.farthest.0.shrink_to_fit();
+    }
+
+    /// The input, and which of its vertices are of which body.
+    pub fn into_parts(self) -> (CornerTable, Bodies) {
+        (self.input, self.bodies)
     }
 
     /// Some triangles are new, and so are the edges between them, whose squared distance is at most `bound` by their ends.
@@ -172,7 +180,7 @@ impl Paths {
         let sides = [c, table.opposite(c)].into_iter().filter(|side| side.is_some());
         let of_side = |side: Corner| {
             let corners = table.triangle(side.triangle());
-            let near = Near { input: &self.input, places, corners, met: &self.met };
+            let near = Near { input: &self.input, places, bodies: &self.bodies, corners, met: &self.met };
             farthest_of_triangle(&near, corners.map(|v| places.at(v)), most)
         };
         sides.map(of_side).fold(0.0, f32::max)
@@ -246,7 +254,11 @@ impl Paths {
         let sides = [([a, b, c], [p, q, r]), ([b, a, d], [q, p, s])];
         let sides = sides.into_iter().take(if boundary { 1 } else { 2 });
         let of_side = |(corners, moved)| {
-            farthest_of_triangle(&Near { input: &self.input, places, corners, met: &self.met }, moved, most)
+            farthest_of_triangle(
+                &Near { input: &self.input, places, bodies: &self.bodies, corners, met: &self.met },
+                moved,
+                most,
+            )
         };
         squared.min(sides.map(of_side).fold(0.0, f32::max))
     }
@@ -346,7 +358,7 @@ mod tests {
         let (input, level) = (table(input), table(level));
         let lattice = Lattice { origin: [0.0; 3], step: 1.0 / 1023.0, bits: 10 };
         let places = Places { positions, frame: Frame::new(&lattice) };
-        let mut paths = Paths::new(&input);
+        let mut paths = Paths::new(&input, Bodies::default());
         let triangles: Vec<_> = level.triangles().collect();
         paths.renew(&level, &triangles, |_, _| bound * bound);
         let farthest = paths.farthest(&level, &places, 0.0).sqrt();
@@ -373,7 +385,7 @@ mod tests {
     ) -> (Paths, CornerTable) {
         let table = |triangles: &[[u32; 3]]| CornerTable::from_triangles(positions.len(), triangles).unwrap();
         let (input, level) = (table(input), table(level));
-        let mut paths = Paths::new(&input);
+        let mut paths = Paths::new(&input, Bodies::default());
         let triangles: Vec<_> = level.triangles().collect();
         paths.renew(&level, &triangles, |_, _| bound * bound);
         (paths, level)
@@ -439,7 +451,7 @@ mod tests {
             [7, 8, 9],
         ];
         let table = CornerTable::from_triangles(positions.len(), &input).unwrap();
-        let mut paths = Paths::new(&table);
+        let mut paths = Paths::new(&table, Bodies::default());
         let places = in_unit_cube(&positions);
         let [from, to] = [0, 9].map(Vertex);
         let edge = [from, to].map(|v| places.at(v));

@@ -1,6 +1,7 @@
 //! What removing a vertex costs, and removing it: the part that `ffc` and `stellar` share.
 
 use super::Options;
+use super::bodies::Bodies;
 use super::covering::Covering;
 use super::frame::Places;
 use super::metric::{Energy, Lost, Metric};
@@ -79,6 +80,8 @@ pub struct Kept {
     pub gives_up: bool,
     /// As far as it goes, what corners are worth.
     pub corners: Option<Corners>,
+    /// Which vertices are of which body.
+    pub bodies: Bodies,
 }
 
 /// The vertices that must stay.
@@ -95,7 +98,7 @@ struct Barred {
 impl<'a> Remover<'a> {
     /// A mesh with all its vertices.
     pub fn new(table: CornerTable, places: Places<'a>, kept: Kept, options: &Options) -> Self {
-        let Kept { locked: always, seams, gives_up, corners } = kept;
+        let Kept { locked: always, seams, gives_up, corners, bodies } = kept;
         let mut locked = always.clone();
         if let Some(seams) = &seams {
             locked |= seams.corners();
@@ -106,7 +109,7 @@ impl<'a> Remover<'a> {
         let metric = watch.assign(|| Metric::new(&table, &places, options));
         Self {
             vertices,
-            covering: Covering::new(&table, &places),
+            covering: Covering::new(&table, &places, bodies),
             history: History::with_capacity(vertices),
             pattern: None,
             energies: Energies {

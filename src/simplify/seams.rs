@@ -4,6 +4,7 @@
 //! sides at once; where a seam ends, where several meet, and where one meets the boundary, the vertex stays. Then no triangle ever has
 //! corners in two charts, curves are only shortened, and a vertex is of as many charts at each level that it is in.
 
+use super::bodies::Bodies;
 use super::values::Values;
 use crate::error::{Error, Result};
 use crate::mesh::topology::{VertexClass, classify};
@@ -23,6 +24,8 @@ pub struct Features {
     pub binding: bool,
     /// What corners are worth.
     pub values: Values,
+    /// Which vertices are of which body: how far a level is off is asked of its own alone.
+    pub bodies: Bodies,
 }
 
 /// The seams of a mesh that loses its vertices.

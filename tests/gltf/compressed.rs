@@ -190,7 +190,8 @@ mod draco {
 
     #[test]
     fn a_primitive_of_draco() {
-        let (o, x, y, z) = ([0, 0, 0, 0, 0], [1, 0, 0, 1, 0], [0, 2, 0, 0, 1], [0, 0, 4, 1, 1]);
+        // The last number is 1 - v of the file.
+        let (o, x, y, z) = ([0, 0, 0, 0, 1], [1, 0, 0, 1, 1], [0, 2, 0, 0, 0], [0, 0, 4, 1, 0]);
         let source = compressed(&TETRAHEDRON).read();
         assert_eq!(corners(&source), [[o, z, y], [o, y, x], [o, x, z], [z, x, y]]);
         assert!(source.dropped.is_empty());

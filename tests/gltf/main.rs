@@ -3,6 +3,8 @@
 
 mod attributes;
 mod builder;
+#[cfg(feature = "cli")]
+mod command;
 mod compressed;
 mod faults;
 mod files;

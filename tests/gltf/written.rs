@@ -3,7 +3,7 @@
 use crate::builder::*;
 use crate::scenes::options;
 use serde_json::{Value, json};
-use unweld::formats::{Scene, placed, read_bytes, read_with, write_progressive, write_scene};
+use unweld::formats::{Scene, SceneOptions, placed, read_bytes, read_with, write_progressive, write_scene};
 use unweld::mesh::IndexedMesh;
 use unweld::mesh::attributes::{Attribute, Semantic};
 
@@ -25,9 +25,15 @@ pub fn corners(mesh: &IndexedMesh) -> Vec<Vec<(String, Option<Vec<u64>>)>> {
     (0..3 * mesh.triangles.len()).map(corner).collect()
 }
 
+fn exact() -> SceneOptions {
+    let mut options = SceneOptions::default();
+    options.exact_weights = true;
+    options
+}
+
 fn written(mesh: &IndexedMesh, scene: &Scene) -> Vec<u8> {
     let mut bytes = Vec::new();
-    write_scene(mesh, scene, true, &mut bytes).unwrap();
+    write_scene(mesh, scene, &exact(), &mut bytes).unwrap();
     bytes
 }
 
@@ -85,7 +91,7 @@ fn what_is_read_is_written() {
     // Shown, it is what is read of it flattened.
     let flat = read_bytes(&bytes, None, "").unwrap().mesh;
     assert_eq!(
-        corners(&placed(&source.mesh, source.scene.as_ref().unwrap(), 1 << 30).unwrap()),
+        corners(&placed(&source.mesh, source.scene.as_ref().unwrap(), 1 << 30).unwrap().0),
         corners(&flat)
     );
 }
@@ -108,7 +114,7 @@ fn what_has_not_come_leaves_a_valid_scene() {
             there.iter().flat_map(|&t| attribute.corners[n * t..n * (t + 1)].to_vec()).collect();
     }
     let mut bytes = Vec::new();
-    write_scene(&mesh, &scene, false, &mut bytes).unwrap();
+    write_scene(&mesh, &scene, &SceneOptions::default(), &mut bytes).unwrap();
     let text = text(&bytes);
     let accessor = |number: &Value| &text["accessors"][number.as_u64().unwrap() as usize];
     let first = &text["meshes"][0]["primitives"][0];
@@ -143,6 +149,29 @@ fn a_progressive_file_lies_beside_its_base() {
     assert!(primitive["attributes"]["POSITION"].is_u64());
 }
 
+/// A small scene of many primitives that are all one part, and of many attributes: what would be written is limited.
+#[test]
+fn memory_of_what_is_written_is_limited() {
+    let source = read_with(&scene().glb(), &options()).unwrap();
+    let of = source.scene.unwrap();
+    let mut json: Value = serde_json::from_slice(&of.json).unwrap();
+    let primitive = json["meshes"][0]["primitives"][0].clone();
+    let other = |k: usize| {
+        let mut primitive = primitive.clone();
+        primitive["extensions"]["UNWELD_progressive_mesh"]["attributes"][format!("TEXCOORD_{k}")] =
+            json!({"componentType": FLOAT, "type": "VEC2"});
+        primitive
+    };
+    json["meshes"][0]["primitives"] = (0..2000).map(other).collect();
+    let scene = Scene { json: serde_json::to_vec(&json).unwrap(), ..of };
+    let mut options = exact();
+    options.max_memory = 200 * scene.json.len() as u64;
+    write_scene(&source.mesh, &scene, &options, &mut std::io::sink()).unwrap();
+    options.max_memory = 75 * scene.json.len() as u64;
+    let error = write_scene(&source.mesh, &scene, &options, &mut std::io::sink()).unwrap_err().to_string();
+    assert!(error.starts_with("limit reached: memory in bytes"), "{error}");
+}
+
 #[test]
 fn faults_of_scenes_are_told() {
     let source = read_with(&scene().glb(), &options()).unwrap();
@@ -151,7 +180,7 @@ fn faults_of_scenes_are_told() {
         let mut json: Value = serde_json::from_slice(&scene.json).unwrap();
         change(&mut json);
         let scene = Scene { json: serde_json::to_vec(&json).unwrap(), ..scene.clone() };
-        write_scene(&source.mesh, &scene, true, &mut std::io::sink()).unwrap_err().to_string()
+        write_scene(&source.mesh, &scene, &exact(), &mut std::io::sink()).unwrap_err().to_string()
     };
     let pointer = "/meshes/0/primitives/0/extensions/UNWELD_progressive_mesh";
     let of = |json: &mut Value, key: &str, value: Value| {
@@ -174,9 +203,11 @@ fn faults_of_scenes_are_told() {
         json["accessors"] = json!([{"bufferView": 0}]);
     };
     assert_eq!(says(&views), "/bufferViews/0: there is no buffer 7");
+    // A number has no members.
+    assert_eq!(says(&|json| json["bufferViews"] = json!([7])), "/bufferViews/0: not an object");
     let cut = Scene { json: scene.json[..9].to_vec(), ..scene.clone() };
     assert!(
-        write_scene(&source.mesh, &cut, true, &mut std::io::sink())
+        write_scene(&source.mesh, &cut, &exact(), &mut std::io::sink())
             .unwrap_err()
             .to_string()
             .starts_with("the scene's JSON: ")

@@ -18,6 +18,7 @@ use super::meshopt;
 use super::notes::{Notes, QUANTIZATION};
 use super::previews::FIRST as FIRST_PREVIEW;
 use super::references::{self, Kind, Reference};
+use super::unknown;
 use crate::error::{Error, Result};
 use crate::formats::scene::{Role, Scene, SceneBuffer};
 use crate::mesh::IndexedMesh;
@@ -44,8 +45,13 @@ pub(super) fn carry(
     for item in list(&mut json, "images") {
         remove(item, "bufferView");
     }
-    keep_accessors(&mut json, document, &geometry, notes)?;
-    let binary = keep_views(&mut json, document, &geometry, notes)?;
+    let most = list(&mut json, "accessors").len().max(list(&mut json, "bufferViews").len());
+    let unknown = unknown::numbers(&json, most);
+    let accessors = keep_accessors(&mut json, document, &geometry, notes)?;
+    let (binary, views) = keep_views(&mut json, document, &geometry, notes)?;
+    let have_changed = |k: &usize| accessors.changes(*k) || views.changes(*k);
+    let unknown = unknown.into_iter().filter(|(_, numbers)| numbers.iter().any(have_changed));
+    notes.unchecked.extend(unknown.map(|(name, _)| name));
     let buffers = place_buffers(&mut json, binary, moved_from(mesh), images, notes);
     name_extensions(&mut json, is_quantised(document, parts)?);
     let json = serde_json::to_vec(&json).map_err(|e| Error::Parameter(e.to_string()))?;
@@ -165,7 +171,7 @@ fn keep_accessors(
     document: &Document<'_>,
     geometry: &Geometry,
     notes: &mut Notes,
-) -> Result<()> {
+) -> Result<Kept> {
     let accessors = list(json, "accessors").len();
     let mut kept: Vec<bool> = (0..accessors).map(|k| !geometry.accessors.contains(&k)).collect();
     references::visit(json, &mut |Reference { kind, value, pointer, is_certain }| {
@@ -181,17 +187,34 @@ fn keep_accessors(
         }
         Ok(())
     })?;
-    keep(json, "accessors", Kind::Accessor, &kept, notes)
+    let kept = Kept::new(kept);
+    keep(json, "accessors", Kind::Accessor, &kept, notes)?;
+    Ok(kept)
+}
+
+/// Which items of a list stay, and the first of those that do not.
+struct Kept(Vec<bool>, Option<usize>);
+
+impl Kept {
+    fn new(kept: Vec<bool>) -> Self {
+        let first = kept.iter().position(|kept| !kept);
+        Self(kept, first)
+    }
+
+    /// Whether an item has gone or has another number now; no item has not.
+    fn changes(&self, k: usize) -> bool {
+        k < self.0.len() && self.1.is_some_and(|first| k >= first)
+    }
 }
 
 /// Leaves the buffer views that something names, or nothing at all; returns the bytes that they are of now: samples of animations, if they are many, in
-/// a buffer of their own, the second.
+/// a buffer of their own, the second; and which stay.
 fn keep_views(
     json: &mut Value,
     document: &Document<'_>,
     geometry: &Geometry,
     notes: &mut Notes,
-) -> Result<[Vec<u8>; 2]> {
+) -> Result<([Vec<u8>; 2], Kept)> {
     let views = list(json, "bufferViews").len();
     let mut kept: Vec<bool> = (0..views).map(|k| !geometry.views.contains(&k)).collect();
     references::visit(json, &mut |Reference { kind, value, pointer, is_certain }| {
@@ -230,6 +253,7 @@ fn keep_views(
             }
         }
     }
+    let kept = Kept::new(kept);
     keep(json, "bufferViews", Kind::View, &kept, notes)?;
     for (k, binary) in buffers.iter_mut().enumerate() {
         // A buffer has a byte at least.
@@ -237,7 +261,7 @@ fn keep_views(
             binary.push(0);
         }
     }
-    Ok(buffers)
+    Ok((buffers, kept))
 }
 
 /// The views that samplers of animations have, and nothing else; none where these are but a few bytes.
@@ -284,7 +308,7 @@ fn moved_from(mesh: &IndexedMesh) -> f64 {
 }
 
 /// Leaves some items of a list, and has them named by the numbers that they have then.
-fn keep(json: &mut Value, name: &str, of: Kind, kept: &[bool], notes: &mut Notes) -> Result<()> {
+fn keep(json: &mut Value, name: &str, of: Kind, Kept(kept, _): &Kept, notes: &mut Notes) -> Result<()> {
     let numbers: Vec<usize> =
         kept.iter().scan(0, |next, kept| Some(std::mem::replace(next, *next + usize::from(*kept)))).collect();
     if let Some(Value::Array(items)) = json.get_mut(name) {

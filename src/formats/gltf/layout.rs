@@ -249,6 +249,9 @@ impl<'d> Growing<'d> {
 
     /// The mesh, and what was left out of it.
     fn finish(self) -> (IndexedMesh, Vec<String>) {
+        if self.triangles.is_empty() {
+            return (IndexedMesh::default(), vec![]);
+        }
         let mut gathered = Gathered::default();
         gathered.keep(gather::numbers(Semantic::Part, self.parts), "parts");
         for column in self.columns.list {

@@ -8,10 +8,12 @@
 //! - Triangles of a mesh that a negative scale mirrors are turned round; normals go by the inverse transpose, tangents by the matrix, the
 //!   sign of the bitangent with the mirror. Where nodes move and scale alone, both stay bit for bit.
 //! - A skinned mesh is where its node is, as it is stored; morphs are not applied.
+//! - Texture coordinates have v upwards, as in all other formats: 1 - v of the glTF's.
 //! - `_NAME` and other attributes that glTF gives no meaning are generic ones by their names. One that only some primitives have is partial.
 //! - Each primitive is a part, by the names of its mesh and material.
 
 mod accessor;
+mod bodies;
 mod canonical;
 mod carried;
 mod column;
@@ -19,11 +21,13 @@ mod composed;
 mod document;
 mod draco;
 mod exponent;
+mod files;
 mod flatten;
 mod geometry;
 mod glb;
 mod images;
 mod json;
+mod ktx;
 mod layout;
 mod meshopt;
 mod notes;
@@ -31,11 +35,14 @@ mod pack;
 mod plain;
 mod previews;
 mod primitive;
+mod quantised;
 mod references;
 mod scene;
 mod shaped;
 mod texels;
 mod transform;
+mod turned;
+mod unknown;
 mod uri;
 mod weights;
 mod write;
@@ -48,7 +55,10 @@ use super::{Coordinates, Format, ReadOptions, Source, text};
 use crate::error::{Error, Result};
 use crate::mesh::IndexedMesh;
 
-pub use write::{placed, write_glb, write_progressive, write_scene};
+pub use bodies::in_bodies;
+pub use files::File;
+pub use turned::turn_v;
+pub use write::{GltfFiles, SceneOptions, gltf_files, placed, write_glb, write_progressive, write_scene};
 
 /// Whether the content is glTF: binary by its first bytes; text by its first object, which tells of an asset and its version.
 pub(super) fn is_gltf(bytes: &[u8]) -> bool {
@@ -86,7 +96,8 @@ fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     if options.scenes {
         return kept(&document, &scene, notes);
     }
-    let (mesh, left_out) = flatten::flatten(&document, &scene, &mut notes)?;
+    let (mut mesh, left_out) = flatten::flatten(&document, &scene, &mut notes)?;
+    turn_v(&mut mesh);
     let mut dropped = notes.in_words(&document, &scene)?;
     dropped.extend(left_out);
     Ok(source(mesh, dropped))

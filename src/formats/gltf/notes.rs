@@ -23,6 +23,8 @@ pub(super) struct Notes {
     pub lost_extensions: BTreeMap<&'static str, usize>,
     /// Extras and extensions of what is not kept: accessors, buffer views and buffers.
     pub lost_extras: usize,
+    /// Extensions that are not known and have numbers that may name accessors or buffer views, which have others now.
+    pub unchecked: Vec<String>,
     /// Images that are not there, in words.
     pub lost_images: Vec<String>,
     /// What is no loss, in words.
@@ -43,7 +45,11 @@ impl Notes {
         let counts = counts.map(|(what, count)| format!("{what} ({count})"));
         let extensions =
             self.lost_extensions.iter().map(|(name, count)| format!("extension {name} ({count})"));
-        counts.chain(extensions).chain(self.lost_images).collect()
+        let unchecked = self.unchecked.iter().map(|name| {
+            let name = shortened(name);
+            format!("what extension {name} names, if its numbers are those of accessors or buffer views (they have others now)")
+        });
+        counts.chain(extensions).chain(unchecked).chain(self.lost_images).collect()
     }
 
     /// What is not kept of a document that is flattened, in words for the user.

@@ -1,13 +1,16 @@
 //! One buffer of all that a glTF that is written has in binary, with its views and accessors (glTF 2.0, §3.6).
 
+use std::io;
+
 use serde_json::{Map, Number, Value, json};
 
 use super::accessor::{Shape, code, size, type_of};
+use crate::limits::{Budget, Limits};
 use crate::mesh::attributes::{Stored, Values};
 
 /// Buffer, views and accessors that grow.
-#[derive(Default)]
 pub(super) struct Pack {
+    budget: Budget,
     /// The buffer.
     pub bytes: Vec<u8>,
     /// `bufferViews`.
@@ -16,7 +19,27 @@ pub(super) struct Pack {
     pub accessors: Vec<Value>,
 }
 
+impl Default for Pack {
+    fn default() -> Self {
+        Self::new(u64::MAX)
+    }
+}
+
 impl Pack {
+    /// An empty one; it and all that is made for it may take so many bytes.
+    pub(super) fn new(max_memory: u64) -> Self {
+        let budget = Budget::new(Limits { memory: max_memory, work: u64::MAX });
+        Self { budget, bytes: Vec::new(), views: Vec::new(), accessors: Vec::new() }
+    }
+
+    /// Debits memory for `count` items of `size` bytes.
+    ///
+    /// # Errors
+    /// [`Error::Limit`](crate::Error::Limit), within an [`io::Error`], where there is not so much left.
+    pub(super) fn take(&mut self, count: usize, size: usize) -> io::Result<()> {
+        self.budget.take_memory(count, size).map_err(io::Error::other)
+    }
+
     /// Puts bytes into the buffer, and says where they begin: at a multiple of four.
     pub(super) fn put(&mut self, bytes: &[u8]) -> usize {
         self.align();

@@ -9,6 +9,7 @@ use super::accessor::{Shape, type_of};
 use super::geometry::{Column, Geometry};
 use super::pack::Pack;
 use super::primitive::POSITION;
+use super::turned::{has_v, turn_v};
 use crate::formats::write::finite;
 use crate::mesh::IndexedMesh;
 use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
@@ -19,6 +20,12 @@ use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Val
 /// # Errors
 /// [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in binary32.
 pub(super) fn document(mesh: &IndexedMesh) -> io::Result<(Value, Vec<u8>)> {
+    let turned = has_v(mesh).then(|| {
+        let mut turned = mesh.clone();
+        turn_v(&mut turned);
+        turned
+    });
+    let mesh = turned.as_ref().unwrap_or(mesh);
     let (written, _) = sorted(mesh);
     let columns: Vec<Column<'_>> = written.iter().map(|(_, attribute, _)| Column::new(attribute)).collect();
     let mut pack = Pack::default();

@@ -1,5 +1,7 @@
 //! Small pictures of images (feature `images`), and what is told of an image by its first bytes.
 
+use super::ktx;
+
 /// What a file of an image is by its first bytes.
 pub(super) fn media(bytes: &[u8]) -> Option<&'static str> {
     let begins = |first: &[u8]| bytes.starts_with(first);
@@ -33,14 +35,20 @@ pub(super) struct Picture {
 /// Pixels of the longer side of the first preview of an image.
 pub(super) const FIRST: u32 = 64;
 /// Pixels of the longer sides of previews, and from how many pixels of an image's own on there is one.
-#[cfg(feature = "images")]
 const SIZES: [(u32, u32); 2] = [(FIRST, 65), (256, 513)];
 
-/// The size of a picture of KTX 2.0, and no preview of it: nearly all of them are of blocks, which it takes a transcoder to read.
+/// An original is at least so many times as large as a preview that is its coarse mips.
+const MIPS_WORTH: usize = 2;
+
+/// The size of a picture of KTX 2.0, and as previews its coarse mips, which need no transcoder.
 fn of_ktx(bytes: &[u8]) -> Picture {
-    let word =
-        |at: usize| bytes.get(at..).and_then(|rest| rest.first_chunk()).map(|b| u32::from_le_bytes(*b));
-    Picture { pixels: [word(20).unwrap_or(0), word(24).unwrap_or(0)], previews: Vec::new() }
+    let pixels = ktx::pixels(bytes);
+    let sizes =
+        SIZES.iter().filter(|(_, from)| pixels.iter().any(|side| side >= from)).map(|(size, _)| *size);
+    let previews = sizes
+        .filter_map(|size| Some(Preview { size, bytes: ktx::smaller(bytes, size)?, media: "image/ktx2" }));
+    let previews = previews.filter(|preview| MIPS_WORTH * preview.bytes.len() < bytes.len()).collect();
+    Picture { pixels, previews }
 }
 
 #[cfg(not(feature = "images"))]

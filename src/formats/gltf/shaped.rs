@@ -12,6 +12,7 @@ use super::json::At;
 use super::layout::of_target;
 use super::pack::Pack;
 use super::primitive::POSITION;
+use super::quantised::{self, Grid};
 use super::weights;
 use crate::formats::write::finite;
 use crate::mesh::IndexedMesh;
@@ -49,8 +50,14 @@ struct Wanted<'v> {
 }
 
 impl<'a> Shaper<'a> {
-    pub(super) fn new(mesh: &'a IndexedMesh, is_exact: bool) -> Self {
+    /// # Errors
+    /// As [`Pack::take`].
+    pub(super) fn new(mesh: &'a IndexedMesh, is_exact: bool, pack: &mut Pack) -> io::Result<Self> {
         let of_corners = |attribute: &&Attribute| attribute.domain == Domain::Corner;
+        for attribute in mesh.attributes.iter().filter(of_corners) {
+            pack.take(attribute.count(), BYTES_A_VALUE + size_of::<u64>() * attribute.components)?;
+        }
+        pack.take(mesh.triangles.len(), 2 * size_of::<u32>())?;
         let columns: Vec<Column> = mesh.attributes.iter().filter(of_corners).map(Column::new).collect();
         let places = columns.iter().enumerate().map(|(k, column)| (called(column.attribute), k)).collect();
         let mut parts: HashMap<u32, Vec<u32>> = HashMap::new();
@@ -60,11 +67,18 @@ impl<'a> Shaper<'a> {
                 of_triangles.and_then(|parts| Some(parts.values.number(parts.components * parts.at(t, 0)?)));
             parts.entry(part.unwrap_or(0.0) as u32).or_default().push(t as u32);
         }
-        Self { mesh, is_exact, columns, places, parts, known: HashMap::new() }
+        Ok(Self { mesh, is_exact, columns, places, parts, known: HashMap::new() })
+    }
+
+    /// The vertices of a part's triangles, in the coordinates of the mesh.
+    pub(super) fn places_of(&self, part: u32) -> impl Iterator<Item = [f64; 3]> + '_ {
+        let triangles = self.parts.get(&part).map_or(&[][..], Vec::as_slice);
+        let corners = triangles.iter().flat_map(|&t| self.mesh.triangles[t as usize]);
+        corners.map(|v| self.mesh.positions[v as usize])
     }
 
     /// The accessors of what an extension at a pointer names. Of a part of which no triangle is there comes one without extent, `near` a
-    /// place that is in the same coordinates.
+    /// place that is in the same coordinates. On a `grid` numbers are integers where these tell them.
     ///
     /// # Errors
     /// [`io::ErrorKind::InvalidInput`] where it is at fault.
@@ -74,8 +88,10 @@ impl<'a> Shaper<'a> {
         extension: &Value,
         at: &str,
         near: &mut Option<[f64; 3]>,
+        grid: Option<&Grid>,
     ) -> io::Result<Shown> {
-        let key = extension.to_string();
+        let key = format!("{extension}{}", if grid.is_some() { "q" } else { "" });
+        pack.take(key.len(), 2)?;
         if let Some(shown) = self.known.get(&key) {
             return Ok(shown.clone());
         }
@@ -91,6 +107,8 @@ impl<'a> Shaper<'a> {
             wanted.split_first().ok_or_else(|| invalid(format!("{}: no {POSITION}", at.pointer)))?;
         let own: Vec<&Column> = others.iter().filter_map(|one| Some(&self.columns[one.column?])).collect();
         let triangles = u32::try_from(part).ok().and_then(|part| self.parts.get(&part));
+        // What tells vertices apart, and the lists of their values.
+        pack.take(3 * triangles.map_or(0, Vec::len), BYTES_A_CORNER + BYTES_A_COLUMN * own.len())?;
         let factor = (-exponent as f64).exp2();
         let (mut geometry, places) = match triangles {
             Some(triangles) => {
@@ -105,6 +123,9 @@ impl<'a> Shaper<'a> {
             }
             None => (Geometry::point(own.len()), vec![near.unwrap_or_default()]),
         };
+        let bytes = |one: &Wanted| one.shape.components * super::accessor::size(one.shape.stored).max(4);
+        // As numbers, and in the buffer.
+        pack.take(places.len(), 2 * wanted.iter().filter(|one| !is_zero(one)).map(bytes).sum::<usize>())?;
         let mut of_columns = std::mem::take(&mut geometry.values).into_iter();
         let mut values = Vec::with_capacity(others.len());
         for one in others {
@@ -114,6 +135,7 @@ impl<'a> Shaper<'a> {
                     let list = of_columns.next().unwrap_or_default();
                     self.columns[column].values(&list, one.shape, absent)
                 }
+                None if is_zero(one) => Values::new(one.shape.stored),
                 None => constant(one.shape, absent, places.len()),
             });
         }
@@ -129,17 +151,20 @@ impl<'a> Shaper<'a> {
         }
         let mut attributes = Map::new();
         let mut targets: Vec<Map<String, Value>> = vec![Map::new(); at.list("targets").map_err(told)?.len()];
-        attributes.insert(
-            POSITION.to_owned(),
-            pack.vertices(position.shape, &positions(&places, position.shape)?, true).into(),
-        );
+        let of_grid = grid.filter(|_| position.shape.stored == Stored::F32);
+        let (shape, numbers) = match of_grid {
+            Some(grid) => grid.positions(&places, exponent as i32),
+            None => (position.shape, positions(&places, position.shape)?),
+        };
+        attributes.insert(POSITION.to_owned(), pack.vertices(shape, &numbers, true).into());
         for (one, values) in others.iter().zip(&values) {
             let bounded = one.name == POSITION;
-            let is_zero = one.column.is_none() && absent(one).iter().all(|&x| x == 0.0);
-            let number = match is_zero {
-                true => pack.zeros(one.shape, places.len(), bounded),
-                false => pack.vertices(one.shape, values, bounded),
-            };
+            let number =
+                match (is_zero(one), grid.and_then(|_| quantised::narrowed(one.name, one.shape, values))) {
+                    (true, _) => pack.zeros(one.shape, places.len(), bounded),
+                    (false, Some((shape, values))) => pack.vertices(shape, &values, bounded),
+                    (false, None) => pack.vertices(one.shape, values, bounded),
+                };
             let members = one.target.and_then(|t| targets.get_mut(t)).unwrap_or(&mut attributes);
             members.insert(one.name.to_owned(), number.into());
         }
@@ -206,6 +231,13 @@ fn absent(one: &Wanted<'_>) -> &'static [f64] {
     }
 }
 
+/// Whether it is not there, so that all its numbers are 0.
+fn is_zero(one: &Wanted<'_>) -> bool {
+    one.column.is_none()
+        && (one.name != POSITION || one.target.is_some())
+        && absent(one).iter().all(|&x| x == 0.0)
+}
+
 fn constant(shape: Shape, numbers: &[f64], count: usize) -> Values {
     let one = if shape.normalised { shape.stored.one().unwrap_or(1.0) } else { 1.0 };
     let mut values = Values::new(shape.stored);
@@ -229,3 +261,7 @@ fn positions(places: &[[f64; 3]], shape: Shape) -> io::Result<Values> {
 }
 
 const MOST_EXPONENT: u64 = 60;
+/// What it takes to know a value by its bits, and a corner and its value in one more attribute by theirs.
+const BYTES_A_VALUE: usize = 96;
+const BYTES_A_CORNER: usize = 40;
+const BYTES_A_COLUMN: usize = 32;

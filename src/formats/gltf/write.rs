@@ -2,11 +2,13 @@
 
 use std::io::{self, Write};
 
-use super::{composed, glb, plain};
-use crate::error::Result;
+use super::composed::{self, Composed, Form};
+use super::files::{self, File};
+use super::{glb, plain};
+use crate::error::{Error, Result};
 use crate::formats::write::check;
 use crate::formats::{Format, ReadOptions, Scene, read_with};
-use crate::mesh::IndexedMesh;
+use crate::mesh::{IndexedMesh, Lattice};
 
 /// Writes a binary glTF file of a mesh without a scene: a mesh and its node for each object that parts are named by, a primitive for each part.
 ///
@@ -23,24 +25,96 @@ pub fn write_glb(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
     glb::write(&json, &binary, out)
 }
 
+/// How a scene is written.
+#[derive(Clone, Debug)]
+#[non_exhaustive]
+pub struct SceneOptions {
+    /// Whether weights of joints are the source's own. Others are made to sum up to 1; so they are by default.
+    pub exact_weights: bool,
+    /// Most bytes that the file and what is made for it may take; no limit by default.
+    pub max_memory: u64,
+    /// The lattice of the mesh, of up to 15 bits, for positions that are integers on it, and normals, tangents and texture coordinates that are
+    /// fractions of 16 bits (KHR_mesh_quantization); none by default. Meshes with skins, instances, morph targets, points or lines, and those
+    /// off the lattice, stay as they are.
+    pub quantise: Option<Lattice>,
+}
+
+impl Default for SceneOptions {
+    fn default() -> Self {
+        Self { exact_weights: false, max_memory: u64::MAX, quantise: None }
+    }
+}
+
 /// Writes a binary glTF file of a scene whose mesh is given, at whatever level: what its JSON has stays as it is, and primitives name accessors
 /// again, of the types that they had (spec §14). Images are as they were where their buffers are there, that is not empty, or else the
 /// largest previews. A primitive of which nothing has come yet is a triangle without extent, so that whatever names it stays valid;
 /// texture coordinates, joints, weights and displacements of targets that are not there are 0, other attributes left out.
 ///
-/// Weights of joints sum up to 1 but where the numbers `is_exact`ly are the source's own.
+/// Returns what is not as it was asked for, in words for the user: meshes that are not quantised.
 ///
 /// # Errors
-/// As [`write_glb`]; [`io::ErrorKind::InvalidInput`] at the JSON pointer where the scene is at fault.
+/// As [`write_glb`]; [`io::ErrorKind::InvalidInput`] at the JSON pointer where the scene is at fault; [`Error::Limit`](crate::Error::Limit), within
+/// the error, beyond the memory that is allowed.
 pub fn write_scene(
     mesh: &IndexedMesh,
     scene: &Scene,
-    is_exact: bool,
+    options: &SceneOptions,
     out: &mut impl Write,
-) -> io::Result<()> {
+) -> io::Result<Vec<String>> {
+    let Composed { json, binary, remarks, .. } = composed(mesh, scene, options, None)?;
+    glb::write(&json, &binary, out)?;
+    Ok(remarks)
+}
+
+/// A glTF as text and what lies beside it.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct GltfFiles {
+    /// The JSON.
+    pub json: Vec<u8>,
+    /// Its buffer, where it has one, and its images; it names them by their names alone.
+    pub beside: Vec<File>,
+    /// What is not as it was asked for, in words for the user.
+    pub remarks: Vec<String>,
+}
+
+/// A mesh, or its scene where there is one, as text with its buffer and its images in files beside it, all of which have names that begin with
+/// `stem`; otherwise as [`write_scene`] and [`write_glb`] have it.
+///
+/// # Errors
+/// As [`write_scene`].
+pub fn gltf_files(
+    mesh: &IndexedMesh,
+    scene: Option<&Scene>,
+    options: &SceneOptions,
+    stem: &str,
+) -> io::Result<GltfFiles> {
     check(mesh)?;
-    let (json, binary) = composed::document(mesh, scene, composed::Form::Whole { is_exact })?;
-    glb::write(&json, &binary, out)
+    let Composed { mut json, binary, files, remarks } = match scene {
+        Some(scene) => composed(mesh, scene, options, Some(stem))?,
+        None => {
+            let (json, binary) = plain::document(mesh)?;
+            Composed { json, binary, ..Composed::default() }
+        }
+    };
+    let mut beside = Vec::new();
+    if !binary.is_empty() {
+        let name = format!("{stem}.bin");
+        json["buffers"][0]["uri"] = files::uri(&name).into();
+        beside.push(File { name, bytes: binary });
+    }
+    beside.extend(files);
+    Ok(GltfFiles { json: serde_json::to_vec_pretty(&json).map_err(io::Error::other)?, beside, remarks })
+}
+
+fn composed(
+    mesh: &IndexedMesh,
+    scene: &Scene,
+    options: &SceneOptions,
+    beside: Option<&str>,
+) -> io::Result<Composed> {
+    check(mesh)?;
+    let form = Form::Whole { is_exact: options.exact_weights, beside, quantise: options.quantise.as_ref() };
+    composed::document(mesh, scene, form, options.max_memory)
 }
 
 /// Writes a binary glTF file with the extension `UNWELD_progressive_mesh` (spec §14): its accessors have the mesh, which ought to be the base of
@@ -55,23 +129,35 @@ pub fn write_progressive(
     out: &mut impl Write,
 ) -> io::Result<()> {
     check(mesh)?;
-    let (json, binary) = composed::document(mesh, scene, composed::Form::Progressive { uwm })?;
+    let Composed { json, binary, .. } = composed::document(mesh, scene, Form::Progressive { uwm }, u64::MAX)?;
     glb::write(&json, &binary, out)
 }
 
-/// All that a scene shows as one mesh, where it is shown: what [`read_with`] gives of a glTF that is no scene to it.
+/// All that a scene shows as one mesh, where it is shown: what [`read_with`] gives of a glTF that is no scene to it; and what of the scene is
+/// left out of that, in words for the user.
 ///
 /// # Errors
-/// [`Error::Input`](crate::Error::Input) at the JSON pointer where the scene is at fault, also where nothing of it has a triangle;
-/// [`Error::Limit`](crate::Error::Limit) beyond so many bytes of memory.
-pub fn placed(mesh: &IndexedMesh, scene: &Scene, max_memory: u64) -> Result<IndexedMesh> {
-    let (json, binary) =
-        check(mesh).and_then(|()| composed::document(mesh, scene, composed::Form::Geometry))?;
+/// [`Error::Input`] at the JSON pointer where the scene is at fault, also where nothing of it has a triangle; [`Error::Limit`] beyond so many
+/// bytes of memory.
+pub fn placed(mesh: &IndexedMesh, scene: &Scene, max_memory: u64) -> Result<(IndexedMesh, Vec<String>)> {
+    let form = Form::Geometry;
+    let composed = check(mesh).and_then(|()| composed::document(mesh, scene, form, max_memory));
+    let Composed { json, binary, .. } = composed.map_err(inner)?;
     let mut bytes = Vec::new();
     glb::write(&json, &binary, &mut bytes)?;
+    drop((json, binary));
     let options =
         ReadOptions { format: Some(Format::Gltf), max_memory, force: true, ..ReadOptions::default() };
-    Ok(read_with(&bytes, &options)?.mesh)
+    let source = read_with(&bytes, &options)?;
+    Ok((source.mesh, source.dropped))
+}
+
+/// The error of this crate that one of the medium stands for, if it does.
+fn inner(error: io::Error) -> Error {
+    match error.downcast::<Error>() {
+        Ok(error) => error,
+        Err(error) => error.into(),
+    }
 }
 
 #[cfg(test)]

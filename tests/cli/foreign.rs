@@ -185,6 +185,6 @@ fn what_is_no_mesh_is_refused_at_its_place() {
     folder.run("encode wrong.stl -o x.uwm").failed(1, &format!("wrong.stl: {not}"));
     let run = folder.run("decode x.uwm -o x.off");
     assert_eq!(run.code, 2);
-    assert!(run.err.contains("x.off: the name must end in .ply, .obj, .stl or .glb"), "{}", run.err);
+    assert!(run.err.contains("x.off: the name must end in .ply, .obj, .stl, .glb or .gltf"), "{}", run.err);
     assert_eq!(folder.list(), ["far.off", "model.glb", "short.stl", "wrong.stl"]);
 }

@@ -222,7 +222,7 @@ fn what_cannot_be_had() {
     let least = contents.base_end();
     fetch(&format!("-o old.uwm --max-bytes {}", least - 1))
         .failed(1, &format!("a.uwm: the base needs {least} bytes, --max-bytes allows {}", least - 1));
-    fetch("-o a.png").failed(2, "a.png: the name must end in .uwm, .ply, .obj, .stl or .glb");
+    fetch("-o a.png").failed(2, "a.png: the name must end in .uwm, .ply, .obj, .stl, .glb or .gltf");
     fetch("-o a.uwm --level 1 --max-bytes 5K").failed(2, "cannot be used with");
     fetch("-o a.uwm --via keyframe").failed(2, "--via keyframe leads to a level, and to a mesh");
     fetch("-o nowhere/a.uwm").failed(1, "nowhere/a.uwm: ");

@@ -37,6 +37,10 @@ pub(super) fn smaller(bytes: &[u8], most: u32) -> Option<Vec<u8>> {
         return None;
     }
     let kept = &head.levels[first as usize..];
+    // Levels that overlap would be more than there is.
+    if kept.iter().map(|level| level.length).sum::<usize>() > bytes.len() {
+        return None;
+    }
     let part = |[begin, length]: [usize; 2]| bytes.get(begin..begin.checked_add(length)?);
     let (descriptor, keys) = (part(head.descriptor)?, part(head.keys)?);
     let global = match head.scheme {

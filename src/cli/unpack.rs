@@ -78,7 +78,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let shown = Shown::new(&decoder, None, format, args.max_memory).with_context(|| uwm.name.clone())?;
         let path = args.output.join(format!("level-{number}.{}", format.extension()));
         let output = Output::new(&path, [&*args.input])?;
-        shown.write(format, &output)?;
+        shown.write(format, false, &output, &[&*args.input])?;
         warnings.extend(shown.losses(format).into_iter().map(|loss| format!("{}: {loss}", output.name)));
         let [vertices, triangles] =
             [shown.mesh.positions.len(), shown.mesh.triangles.len()].map(|n| n as u64);

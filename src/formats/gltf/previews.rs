@@ -4,6 +4,8 @@ use crate::mesh::paint::Image;
 
 use super::ktx;
 
+use super::ktx;
+
 /// What a file of an image is by its first bytes.
 pub(super) fn media(bytes: &[u8]) -> Option<&'static str> {
     let begins = |first: &[u8]| bytes.starts_with(first);

@@ -1,4 +1,4 @@
-//! `unweld demo`: what it does, on a mesh of its own making: encodes, verifies and draws it, and shows it in a browser.
+//! `unweld demo`: what it does, on a mesh and a scene of its own making: encodes, verifies and draws them, and shows them in a browser.
 
 use super::describe::Description;
 use super::encode::{self, Encoded};
@@ -7,6 +7,8 @@ use super::original;
 use super::output::{MeshFormat, Output, say};
 use super::page::{self, Page};
 use super::progress::Progress;
+use super::resources;
+use super::scene;
 use super::uwm::Uwm;
 use super::verify;
 use super::view;
@@ -17,11 +19,11 @@ use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
 use unweld::container::Contents;
 use unweld::encoder::{Keyframes, Options};
-use unweld::formats::{Coordinates, Format, Source};
-use unweld::mesh::{IndexedMesh, shapes};
-use unweld::render::View;
+use unweld::formats::{Coordinates, Format, ReadOptions, Source, read_with, sample_scene};
+use unweld::mesh::shapes;
+use unweld::render::{Model, View};
 
-/// Make a mesh, encode it, verify it, draw three of its levels, and show it in a browser
+/// Make a mesh and a scene with pictures, encode, verify and draw both at three levels, and show them in a browser
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -51,15 +53,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = &args.output;
     fs::create_dir_all(folder).with_context(|| folder.display().to_string())?;
     let output = |name: &str| Output::new(&folder.join(name), []);
-    let outputs = [output("demo.ply")?, output("demo.uwm")?, output("demo.png")?];
-    let [ply, uwm_file, picture] = &outputs;
+    let mut progress = Progress::new(args.quiet);
 
+    let ply = output("demo.ply")?;
     let mesh = shapes::bumpy_sphere(SUBDIVISIONS, SEED);
     ply.write(|out| MeshFormat::Ply.write(&mesh, None, out))?;
     let triangles = count(mesh.triangles.len() as u64, "triangle");
     say(&format!("Made a mesh of {triangles}: {}\n\n", ply.name))?;
-
-    let mut progress = Progress::new(args.quiet);
     let source = Source {
         mesh,
         format: Format::Ply,
@@ -70,43 +70,33 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         remarks: vec![],
         scene: None,
     };
+    let mesh = Shown { original: &ply, uwm: output("demo.uwm")?, picture: output("demo.png")? };
     let options = Options { keyframes: Keyframes::Levels(KEYFRAMES.to_vec()), ..Options::default() };
-    let encoded = encode::encode(&source, Path::new("demo.ply"), options, vec![], &mut progress)?;
-    let Encoded { file, report } = encoded;
-    uwm_file.write(|out| out.write_all(&file))?;
-    let mut uwm = Uwm::in_memory(file.clone(), &uwm_file.name)?;
-    let description = Description::new(&mut uwm, report.residue)?;
-    say(&format!("Encoded it: {}\n{}\n", uwm_file.name, encode::report_text(&description, &report)))?;
+    let mesh_file = mesh.show(&source, options, &mut progress)?;
 
-    let mut lines = vec!["Verified it:".to_owned()];
-    let decoded = verify::check(&mut uwm, &mut progress, &mut lines)?;
-    original::compare(&mut uwm, &decoded, &source.mesh, &ply.name, &mut lines)?;
-    say(&format!("{}\n\n", lines.join("\n  ")))?;
-
-    let levels = shown(&uwm.contents);
-    let meshes = view::levels(&mut uwm, &levels, &mut progress)?;
-    let shown: Vec<&IndexedMesh> = levels.iter().filter_map(|level| meshes.get(level)).collect();
-    let view = View {
-        width: 2100,
-        height: 720,
-        turn_degrees: view::TURN,
-        tilt_degrees: view::TILT,
-        wireframe: true,
-        ..View::default()
-    };
-    view::draw(&shown, &view, picture, &mut progress)?;
+    let glb = output("demo-scene.glb")?;
+    let bytes = sample_scene(SCENE_DETAIL);
+    glb.write(|out| out.write_all(&bytes))?;
+    let mut reading = ReadOptions::default();
+    (reading.format, reading.scenes) = (Some(Format::Gltf), true);
+    let source = read_with(&bytes, &reading).with_context(|| glb.name.clone())?;
+    let triangles = count(source.mesh.triangles.len() as u64, "triangle");
+    say(&format!("\nMade a scene of {triangles}, with pictures: {}\n\n", glb.name))?;
+    let scene = Shown { original: &glb, uwm: output(SCENE)?, picture: output("demo-scene.png")? };
+    let options = Options { attribute_births: scene::births(vec![]), ..Options::default() };
+    let scene_file = scene.show(&source, options, &mut progress)?;
     drop(progress);
-    let counts: Vec<String> = shown.iter().map(|mesh| grouped(mesh.triangles.len() as u64)).collect();
-    let (name, unweld) = (&uwm_file.name, called());
+
+    let (name, scene, unweld) = (&mesh.uwm.name, &scene.uwm.name, called());
     say(&format!(
-        "Drew its levels of {} triangles: {}\n\nNow try\n  {unweld} info {name}\n  \
+        "\nNow try\n  {unweld} info {name}\n  \
          {unweld} view {name}\n  \
+         {unweld} view {scene} --level 4 --turn 0,120,240\n  \
          {unweld} decode {name} -o coarse.obj --triangles 2000\n  \
          {unweld} decode {name} -o early.ply --prefix-bytes 20K\n\n",
-        counts.join(", "),
-        picture.name,
     ))?;
-    let page = Page { folder, mesh: "demo.uwm", bytes: &file, address: args.addr };
+    let files = [(SCENE, &scene_file[..]), ("demo.uwm", &mesh_file)];
+    let page = Page { folder, files: &files, address: args.addr };
     let seen = page::may_open() || std::io::stdout().is_terminal();
     let stay = !args.once && (seen || args.no_open || args.addr.is_some());
     page.show(stay, stay && !args.no_open && page::may_open())?;
@@ -116,6 +106,53 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         )?;
     }
     Ok(())
+}
+
+/// What is shown of a mesh or a scene, and where.
+struct Shown<'a> {
+    original: &'a Output,
+    uwm: Output,
+    picture: Output,
+}
+
+impl Shown<'_> {
+    /// Encodes, verifies and draws it; returns the file.
+    fn show(&self, source: &Source, options: Options, progress: &mut Progress) -> anyhow::Result<Vec<u8>> {
+        let Encoded { file, report } =
+            encode::encode(source, Path::new(&self.original.name), options, vec![], progress)?;
+        self.uwm.write(|out| out.write_all(&file))?;
+        let mut uwm = Uwm::in_memory(file.clone(), &self.uwm.name)?;
+        let description = Description::new(&mut uwm, report.residue)?;
+        say(&format!("Encoded it: {}\n{}\n", self.uwm.name, encode::report_text(&description, &report)))?;
+
+        let mut lines = vec!["Verified it:".to_owned()];
+        let decoded = verify::check(&mut uwm, progress, &mut lines)?;
+        original::compare(&mut uwm, &decoded, &source.mesh, &self.original.name, &mut lines)?;
+        if let Some(scene) = &source.scene {
+            resources::compare(&mut uwm, scene, &self.original.name, &mut lines)?;
+        }
+        say(&format!("{}\n\n", lines.join("\n  ")))?;
+
+        let levels = shown(&uwm.contents, if source.scene.is_some() { 4.0 } else { 8.0 });
+        let drawn = view::levels(&mut uwm, &levels, false, progress)?;
+        let models: Vec<Model> = levels.iter().filter_map(|level| Some(drawn.get(level)?.model())).collect();
+        let view = View {
+            width: 2100,
+            height: 720,
+            turn_degrees: view::TURN,
+            tilt_degrees: view::TILT,
+            wireframe: source.scene.is_none(),
+            ..View::default()
+        };
+        view::draw(&models, &[view], &self.picture, progress)?;
+        let counts: Vec<String> = levels
+            .iter()
+            .filter_map(|level| drawn.get(level))
+            .map(|drawn| grouped(drawn.mesh.triangles.len() as u64))
+            .collect();
+        say(&format!("Drew its levels of {} triangles: {}\n", counts.join(", "), self.picture.name))?;
+        Ok(file)
+    }
 }
 
 /// How the user calls this program: by its name, if the shell finds it; else as it was called now.
@@ -132,8 +169,8 @@ fn called() -> String {
     }
 }
 
-/// Three levels whose sizes are far apart, coarse to fine.
-fn shown(contents: &Contents) -> Vec<u32> {
+/// Three levels, coarse to fine, each about so many times as large as the one before.
+fn shown(contents: &Contents, times: f64) -> Vec<u32> {
     let far = |triangles: u32, wanted: f64| (f64::from(triangles.max(1)) / wanted).ln().abs();
     let next_to = |wanted: f64| {
         let levels = (0..=contents.base_level()).zip(&contents.levels);
@@ -142,9 +179,13 @@ fn shown(contents: &Contents) -> Vec<u32> {
         nearest.map_or(0, |(number, _)| number)
     };
     let finest = f64::from(contents.header.triangles);
-    vec![next_to(finest / 64.0), next_to(finest / 8.0), 0]
+    vec![next_to(finest / (times * times)), next_to(finest / times), 0]
 }
 
+/// The first file of the list that the page has: so it is shown first.
+const SCENE: &str = "demo-scene.uwm";
+/// Of the scene: some 11,000 triangles to store.
+const SCENE_DETAIL: f64 = 0.6;
 /// 81,920 triangles.
 const SUBDIVISIONS: u32 = 6;
 const SEED: u64 = 4;

@@ -13,12 +13,12 @@ use unweld::Error;
 use unweld::codec::grid::Real;
 use unweld::container::MAGIC;
 use unweld::formats::{self, Coordinates, Format, INFLATED_BYTES, ReadOptions, Source};
-use unweld::mesh::Lattice;
+use unweld::mesh::{Lattice, Paint};
 
 /// What a file holds.
 pub enum Input {
-    /// A mesh in a foreign format.
-    Mesh(Source),
+    /// A mesh in a foreign format, and what it is painted with, if that is wanted.
+    Mesh(Source, Paint),
     /// A `.uwm` file.
     Levels(Uwm),
 }
@@ -56,13 +56,14 @@ impl Input {
             return if named || bytes.starts_with(&MAGIC[..4]) {
                 Ok(Self::Levels(Uwm::of_bytes(bytes, &name(path), reading.max_memory)?))
             } else {
-                Ok(Self::Mesh(parse(&bytes, path, reading)?))
+                parse(&bytes, path, reading).map(|(source, paint)| Self::Mesh(source, paint))
             };
         }
         if named || begins_as_uwm(path)? {
             Ok(Self::Levels(Uwm::open(path, reading.max_memory)?))
         } else {
-            Ok(Self::Mesh(read(path, reading)?))
+            let (source, paint) = parse(&read_bytes(path)?, path, reading)?;
+            Ok(Self::Mesh(source, paint))
         }
     }
 }
@@ -79,8 +80,8 @@ impl Mesh {
         progress: &mut Progress,
     ) -> anyhow::Result<Self> {
         match Input::open(path, reading)? {
-            Input::Mesh(_) if level.is_some() => Err(without_levels(path).into()),
-            Input::Mesh(source) => Ok(Self { source, level: None }),
+            Input::Mesh(..) if level.is_some() => Err(without_levels(path).into()),
+            Input::Mesh(source, _) => Ok(Self { source, level: None }),
             Input::Levels(mut uwm) => Self::of_level(&mut uwm, level.unwrap_or(0), reading, progress),
         }
     }
@@ -152,6 +153,8 @@ pub struct Reading {
     pub force: bool,
     /// Whether scenes stay scenes.
     pub scenes: bool,
+    /// Whether it is wanted what meshes are painted with.
+    pub painted: bool,
 }
 
 /// Reads a mesh; its name tells the format, or else its content.
@@ -159,14 +162,14 @@ pub struct Reading {
 /// # Errors
 /// Those of the medium and of the reader, with the name of the file.
 pub fn read(path: &Path, reading: Reading) -> anyhow::Result<Source> {
-    parse(&read_bytes(path)?, path, reading)
+    parse(&read_bytes(path)?, path, reading).map(|(source, _)| source)
 }
 
 /// Reads a mesh from memory; the name that it came by tells the format, or else its content.
 ///
 /// # Errors
 /// Those of the reader, with the name.
-fn parse(bytes: &[u8], path: &Path, reading: Reading) -> anyhow::Result<Source> {
+fn parse(bytes: &[u8], path: &Path, reading: Reading) -> anyhow::Result<(Source, Paint)> {
     let name = name(path);
     let mut options = ReadOptions::default();
     options.format = Format::from_path(path);
@@ -174,7 +177,12 @@ fn parse(bytes: &[u8], path: &Path, reading: Reading) -> anyhow::Result<Source> 
     options.max_memory = reading.max_memory;
     options.force = reading.force;
     options.scenes = reading.scenes;
-    match formats::read_with(bytes, &options) {
+    let outcome = if reading.painted {
+        formats::read_painted(bytes, &options)
+    } else {
+        formats::read_with(bytes, &options).map(|source| (source, Paint::default()))
+    };
+    match outcome {
         Err(error @ Error::Limit { what: INFLATED_BYTES | "memory in bytes", .. }) => {
             Err(anyhow!("{name}: {error} (--max-memory allows more)"))
         }

@@ -129,15 +129,15 @@ impl Measured {
 /// Reads a mesh of any format; `level` is one of a `.uwm` file.
 fn read(path: &Path, level: Option<u32>, memory: u64, progress: &mut Progress) -> anyhow::Result<Measured> {
     let name = input::name(path);
-    match Input::open(path, Reading { max_memory: memory, force: false, scenes: false })? {
+    match Input::open(path, Reading { max_memory: memory, force: false, scenes: false, painted: false })? {
         Input::Levels(mut uwm) => {
             let level = level.unwrap_or(0);
             let own = uwm.enter(level, progress)?;
             let mesh = placed(&uwm.level(own, progress)?, memory)?;
             Measured::new(name, Some(level), mesh)
         }
-        Input::Mesh(_) if level.is_some() => Err(input::without_levels(path).into()),
-        Input::Mesh(source) => Measured::new(name, None, source.mesh),
+        Input::Mesh(..) if level.is_some() => Err(input::without_levels(path).into()),
+        Input::Mesh(source, _) => Measured::new(name, None, source.mesh),
     }
 }
 

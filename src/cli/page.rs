@@ -15,16 +15,14 @@ use unweld::store::Store;
 pub struct Page<'a> {
     /// The folder that is served.
     pub folder: &'a Path,
-    /// The name of a mesh in it.
-    pub mesh: &'a str,
-    /// What its file holds.
-    pub bytes: &'a [u8],
+    /// Names of files in it, and what they hold.
+    pub files: &'a [(&'a str, &'a [u8])],
     /// The address, if it must be a certain one.
     pub address: Option<SocketAddr>,
 }
 
 impl Page<'_> {
-    /// Serves the page and sees that it and the mesh arrive as they are; then, if it is to `stay`, goes on until the process is
+    /// Serves the page and sees that it and the files arrive as they are; then, if it is to `stay`, goes on until the process is
     /// interrupted, with a browser on it if it is to `open` one.
     ///
     /// # Errors
@@ -42,10 +40,16 @@ impl Page<'_> {
                     _ = ended => {}
                 }
             }));
-            let (mesh, bytes) = (self.mesh.to_owned(), self.bytes.to_vec());
-            tokio::task::spawn_blocking(move || check(address, &mesh, &bytes)).await??;
-            let bytes = count(self.bytes.len() as u64, "byte");
-            say(&format!("Served it: the page, and the mesh in {bytes}, arrive as they are\n"))?;
+            for (name, bytes) in self.files {
+                let (name, bytes) = ((*name).to_owned(), bytes.to_vec());
+                tokio::task::spawn_blocking(move || check(address, &name, &bytes)).await??;
+            }
+            let told: Vec<String> = self
+                .files
+                .iter()
+                .map(|(name, bytes)| format!("{name} in {}", count(bytes.len() as u64, "byte")))
+                .collect();
+            say(&format!("Served both: the page, {}, arrive as they are\n", told.join(" and ")))?;
             if stay {
                 say(&format!("Look at it: http://{address}/ (Ctrl-C stops it)\n"))?;
                 if open {
@@ -76,11 +80,11 @@ impl Page<'_> {
     }
 }
 
-/// Asks for the page and the mesh as a client would.
-fn check(address: SocketAddr, mesh: &str, bytes: &[u8]) -> anyhow::Result<()> {
+/// Asks for the page and a file as a client would.
+fn check(address: SocketAddr, file: &str, bytes: &[u8]) -> anyhow::Result<()> {
     let page = get(address, "/")?;
     ensure!(page.starts_with(b"<!doctype html>"), "http://{address}/ is not the page");
-    let path = format!("/meshes/{mesh}");
+    let path = format!("/meshes/{file}");
     ensure!(get(address, &path)? == bytes, "http://{address}{path} is not what the file holds");
     Ok(())
 }

@@ -85,7 +85,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let name = input::name(&args.input);
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
-    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false };
+    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false };
     let Mesh { source, level } = Mesh::read(&args.input, args.level, reading, &mut progress)?;
     let read = start.elapsed().as_secs_f64();
     let limit = args.goal.limit(&source.mesh);

@@ -1,6 +1,7 @@
 //! `unweld view`: a picture of a mesh, or of levels of a `.uwm` file side by side.
 
 use super::args::{is_stream, size};
+use super::drawn::Drawn;
 use super::failure::{Usage, note};
 use super::input::{self, Input, Reading};
 use super::numbers::{count, grouped};
@@ -18,9 +19,7 @@ use std::path::{Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 use unweld::decoder::{Event, Until};
-use unweld::formats::placed;
-use unweld::mesh::{Attribute, IndexedMesh};
-use unweld::render::{Picture, SOFTWARE, Up, View, render_with, write_png};
+use unweld::render::{Model, Picture, SOFTWARE, Up, View, render_with, write_png};
 
 /// Draw a mesh, or levels of a .uwm file side by side, as a PNG picture
 #[derive(clap::Args)]
@@ -61,16 +60,20 @@ struct Look {
     /// The axis that points upwards: y in most scans and models, z in CAD, printing and terrain
     #[arg(long, value_enum, default_value = "y")]
     up: Axis,
-    /// Turn the mesh about the upward axis by any angle; positive brings its left side to the front
-    #[arg(long, value_name = "DEGREES", default_value_t = TURN, value_parser = angle, allow_negative_numbers = true)]
-    turn: f64,
+    /// Turn the mesh about the upward axis by any angle; positive brings its left side to the front. Several angles make rows of the picture
+    #[arg(long, value_name = "DEGREES,…", default_values_t = [TURN], value_delimiter = ',', value_parser = angle, allow_negative_numbers = true)]
+    turn: Vec<f64>,
     /// Tip the mesh forwards by any angle; positive shows it from above
     #[arg(long, value_name = "DEGREES", default_value_t = TILT, value_parser = angle, allow_negative_numbers = true)]
     tilt: f64,
+    /// Draw the shape alone: without colours and normals of the mesh, and without the base colours and their textures that are drawn of
+    /// materials
+    #[arg(long)]
+    plain: bool,
     /// Draw the edges too, where triangles are not too small for it
     #[arg(long)]
     wireframe: bool,
-    /// Let colours run over edges that bend little; without it each triangle has one colour
+    /// Let colours run over edges that bend little; without it each triangle has one colour, unless it has normals
     #[arg(long)]
     smooth: bool,
     /// The colour behind the mesh, red, green and blue as in f5f5f3, or none for a transparent one
@@ -102,22 +105,24 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
     let (meshes, dropped) = meshes(args, &mut progress)?;
-    let shown: Vec<(Option<u32>, &IndexedMesh)> = match &args.level[..] {
+    let shown: Vec<(Option<u32>, &Drawn)> = match &args.level[..] {
         [] => meshes.iter().map(|(&level, mesh)| (level, mesh)).collect(),
         levels => levels.iter().filter_map(|&j| Some((Some(j), meshes.get(&Some(j))?))).collect(),
     };
     let read = start.elapsed().as_secs_f64();
-    let drawn: Vec<&IndexedMesh> = shown.iter().map(|&(_, mesh)| mesh).collect();
-    let (picture, bytes) = draw(&drawn, &args.look.view(drawn.len()), &output, &mut progress)?;
+    let models: Vec<Model> = shown.iter().map(|(_, drawn)| drawn.model()).collect();
+    let views = args.look.views(models.len());
+    let (picture, bytes) = draw(&models, &views, &output, &mut progress)?;
     let draw = start.elapsed().as_secs_f64() - read;
     drop(progress);
 
-    let mut warnings = Vec::new();
+    let mut warnings: Vec<String> = shown.iter().flat_map(|(_, drawn)| drawn.remarks.clone()).collect();
+    warnings.dedup();
     if picture.drawn.iter().all(|&n| n == 0) {
         warnings.push("no triangle has an area as seen from here: the picture is empty".to_owned());
     }
     if args.json {
-        let shown = shown.iter().zip(&picture.drawn).map(|((level, mesh), drawn)| {
+        let shown = shown.iter().zip(&picture.drawn).map(|((level, Drawn { mesh, .. }), drawn)| {
             json!({
                 "level": level,
                 "vertices": mesh.positions.len(),
@@ -144,7 +149,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Ok(());
     }
     let mut text = format!("{name} -> {}\n", output.name);
-    for ((level, mesh), &drawn) in shown.iter().zip(&picture.drawn) {
+    for ((level, Drawn { mesh, .. }), &drawn) in shown.iter().zip(&picture.drawn) {
         let head = level.map_or("mesh".to_owned(), |level| format!("level {level}"));
         let hidden = mesh.triangles.len() - drawn;
         let but = if hidden > 0 {
@@ -168,20 +173,35 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output.say(&text)
 }
 
-/// Draws meshes side by side, and writes the picture; returns it and the bytes of its file.
+/// Draws models side by side, a row for each view, all of the same size, and writes the picture; returns it and the bytes of its file.
 ///
 /// # Errors
 /// Those of the medium.
 pub fn draw(
-    meshes: &[&IndexedMesh],
-    view: &View,
+    models: &[Model],
+    views: &[View],
     output: &Output,
     progress: &mut Progress,
 ) -> anyhow::Result<(Picture, u64)> {
     let progress = Mutex::new(progress);
-    let tell =
-        |done, total| progress.lock().unwrap_or_else(PoisonError::into_inner).update("draw", done, total);
-    let picture = render_with(meshes, view, &tell)?;
+    let rows = views.len() as u64;
+    let mut picture: Option<Picture> = None;
+    for (row, view) in (0..).zip(views) {
+        let tell = |done, total| {
+            let mut progress = progress.lock().unwrap_or_else(PoisonError::into_inner);
+            progress.update("draw", row * total + done, rows * total);
+        };
+        let next = render_with(models, view, &tell)?;
+        match &mut picture {
+            None => picture = Some(next),
+            Some(picture) => {
+                picture.height += next.height;
+                picture.pixels.extend(next.pixels);
+                picture.drawn.iter_mut().zip(next.drawn).for_each(|(most, drawn)| *most = drawn.max(*most));
+            }
+        }
+    }
+    let picture = picture.context("there is no view")?;
     let mut file = Vec::new();
     write_png(&picture, &mut file).with_context(|| output.name.clone())?;
     output.write(|out| out.write_all(&file))?;
@@ -189,20 +209,22 @@ pub fn draw(
 }
 
 /// Decodes as far as the finest of some levels, and returns them; where none is wanted, level 0, or the finest mesh there is of a file
-/// that is cut off, by the level that it completes.
+/// that is cut off, by the level that it completes; each with all pictures of its scene that are there, or its shape alone.
 ///
 /// # Errors
 /// As [`Uwm::decode`] and [`Uwm::check_level`].
 pub fn levels(
     uwm: &mut Uwm,
     wanted: &[u32],
+    is_plain: bool,
     progress: &mut Progress,
-) -> anyhow::Result<BTreeMap<u32, IndexedMesh>> {
+) -> anyhow::Result<BTreeMap<u32, Drawn>> {
     if uwm.members().is_some() {
         let mut meshes = BTreeMap::new();
         for &level in if wanted.is_empty() { &[0] } else { wanted } {
             let own = uwm.enter(level, progress)?;
-            meshes.insert(level, uwm.level(own, progress)?.assembled()?);
+            let mesh = uwm.level(own, progress)?.assembled()?;
+            meshes.insert(level, Drawn::of(mesh, None, is_plain, uwm.memory())?);
         }
         return Ok(meshes);
     }
@@ -214,7 +236,7 @@ pub fn levels(
     }
     let until = Until { level: finest, ..Until::default() };
     let mut meshes = BTreeMap::new();
-    let decoder = uwm.decode(way.as_ref(), until, progress, &mut |decoder, event| {
+    let mut decoder = uwm.decode(way.as_ref(), until, progress, &mut |decoder, event| {
         if let Event::Level { level, .. } = event
             && *level > finest
             && wanted.contains(level)
@@ -225,32 +247,38 @@ pub fn levels(
     })?;
     // Level 0 is complete with its residue alone.
     meshes.insert(decoder.level().unwrap_or(finest), decoder.assembled()?);
-    if let Some(scene) = shown::scene(&decoder).with_context(|| uwm.name.clone())? {
-        for mesh in meshes.values_mut() {
-            *mesh = placed(mesh, &scene, uwm.memory()).with_context(|| uwm.name.clone())?;
-        }
+    if !is_plain {
+        uwm.complete_scene(&mut decoder)?;
     }
-    Ok(meshes)
+    let scene = shown::scene(&decoder).with_context(|| uwm.name.clone())?;
+    let drawn = |(level, mesh)| {
+        let drawn = Drawn::of(mesh, scene.as_ref(), is_plain, uwm.memory());
+        Ok((level, drawn.with_context(|| uwm.name.clone())?))
+    };
+    meshes.into_iter().map(drawn).collect()
 }
 
 impl Look {
-    fn view(&self, meshes: usize) -> View {
+    /// A view for each row of the picture.
+    fn views(&self, meshes: usize) -> Vec<View> {
         let side = |panes: usize| u32::try_from(800 * panes).unwrap_or(u32::MAX).clamp(1, View::MAX_SIDE);
-        let (width, height) = self.size.unwrap_or((side(meshes), side(1)));
-        View {
+        let rows = u32::try_from(self.turn.len()).unwrap_or(u32::MAX).max(1);
+        let (width, height) = self.size.unwrap_or((side(meshes), side(self.turn.len())));
+        let view = View {
             width,
-            height,
+            height: (height / rows).max(1),
             up: match self.up {
                 Axis::X => Up::X,
                 Axis::Y => Up::Y,
                 Axis::Z => Up::Z,
             },
-            turn_degrees: self.turn,
+            turn_degrees: TURN,
             tilt_degrees: self.tilt,
             smooth: self.smooth,
             wireframe: self.wireframe,
             background: self.background.0,
-        }
+        };
+        self.turn.iter().map(|&turn_degrees| View { turn_degrees, ..view }).collect()
     }
 }
 
@@ -297,28 +325,32 @@ fn is_ours(path: &Path) -> io::Result<bool> {
 }
 
 /// What to draw by its level, if it has one, and what the file has besides.
-type Meshes = (BTreeMap<Option<u32>, IndexedMesh>, Vec<String>);
+type Meshes = (BTreeMap<Option<u32>, Drawn>, Vec<String>);
 
 fn meshes(args: &Args, progress: &mut Progress) -> anyhow::Result<Meshes> {
-    let source =
-        match Input::open(&args.input, Reading { max_memory: args.max_memory, force: false, scenes: false })?
-        {
-            Input::Levels(mut uwm) => {
-                let levels = levels(&mut uwm, &args.level, progress)?;
-                return Ok((
-                    levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(),
-                    Vec::new(),
-                ));
-            }
-            Input::Mesh(source) => source,
-        };
+    let is_plain = args.look.plain;
+    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: !is_plain };
+    let (source, paint) = match Input::open(&args.input, reading)? {
+        Input::Levels(mut uwm) => {
+            let levels = levels(&mut uwm, &args.level, is_plain, progress)?;
+            return Ok((levels.into_iter().map(|(level, mesh)| (Some(level), mesh)).collect(), Vec::new()));
+        }
+        Input::Mesh(source, paint) => (source, paint),
+    };
     if !args.level.is_empty() {
         return Err(input::without_levels(&args.input).into());
     }
-    // Only the surface is drawn.
-    let attributes = source.mesh.attributes.iter().map(Attribute::title);
-    let dropped = source.dropped.into_iter().chain(attributes).collect();
-    Ok((BTreeMap::from([(None, source.mesh)]), dropped))
+    let drawn = match is_plain {
+        true => Drawn::plain(source.mesh),
+        false => Drawn::new(source.mesh, paint, source.remarks),
+    };
+    // Of materials the base colours are drawn.
+    let is_drawn = |what: &String| {
+        !is_plain && ["materials (", "textures (", "images ("].iter().any(|list| what.starts_with(list))
+    };
+    let dropped = source.dropped.into_iter().filter(|what| !is_drawn(what));
+    let dropped = dropped.chain(drawn.left_out()).collect();
+    Ok((BTreeMap::from([(None, drawn)]), dropped))
 }
 
 /// `1200x800`.
@@ -352,6 +384,8 @@ EXAMPLES
   unweld view bunny.ply -o bunny.png
   unweld view bunny.uwm -o levels.png --level 12,6,0 --wireframe --size 2100x720
   unweld view part.obj -o part.png --up z --turn -30 --tilt 35 --smooth --background none
+  unweld view helmet.uwm -o helmet.png --level 12,6,0 --turn 0,120,240  levels side by side, as seen from three sides
+  unweld view helmet.glb -o shape.png --plain
   unweld view - -o - < bunny.uwm > bunny.png";
 
 #[cfg(test)]

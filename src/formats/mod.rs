@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 
 use crate::error::{Error, InputError, Place, Result};
 use crate::limits::MAX_ELEMENTS;
-use crate::mesh::IndexedMesh;
+use crate::mesh::{IndexedMesh, Paint};
 
 mod decimals;
 mod ears;
@@ -47,6 +47,8 @@ mod stl_write;
 mod text;
 mod write;
 
+#[cfg(feature = "encode")]
+pub use gltf::sample_scene;
 pub use gltf::{placed, write_glb, write_progressive, write_scene};
 pub use gzip::INFLATED_BYTES;
 pub use obj_write::write_obj;
@@ -212,18 +214,33 @@ pub fn read_bytes(bytes: &[u8], hint: Option<Format>, name: &str) -> Result<Sour
 /// file as a whole where it holds no triangle; where it is a file of another kind, that is said instead. [`Error::Limit`]
 /// above [`MAX_ELEMENTS`] vertices or triangles, or where the inflated size is beyond the limit.
 pub fn read_with(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+    read_as(bytes, options, None)
+}
+
+/// As [`read_with`], of a mesh to be drawn, and what it is painted with: a glTF that is read as one mesh tells that by its materials. Pictures
+/// of them are decoded with the feature `images`; those that cannot be are told in [`Source::remarks`].
+///
+/// # Errors
+/// As [`read_with`].
+pub fn read_painted(bytes: &[u8], options: &ReadOptions) -> Result<(Source, Paint)> {
+    let mut paint = Paint::default();
+    let source = read_as(bytes, options, Some(&mut paint))?;
+    Ok((source, paint))
+}
+
+fn read_as(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Result<Source> {
     let name = &options.name;
     let inflated =
         if gzip::is_gzip(bytes) { Some(gzip::inflate(bytes, options.max_memory, name)?) } else { None };
     let bytes = inflated.as_deref().unwrap_or(bytes);
-    let outcome = read_inflated(bytes, options);
+    let outcome = read_inflated(bytes, options, paint);
     match outcome {
         Err(Error::Input(fault)) => Err(misnamed(bytes, options).unwrap_or(fault).into()),
         outcome => outcome,
     }
 }
 
-fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+fn read_inflated(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Result<Source> {
     let name = &options.name[..];
     let whole = |what: &str| InputError::new(name, Place::Whole, what);
     if bytes.is_empty() {
@@ -236,7 +253,7 @@ fn read_inflated(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
         Format::Obj => obj::read(bytes, name, options.force)?,
         Format::Stl => stl::read(bytes, name, options.force)?,
         Format::Off => off::read(bytes, name)?,
-        Format::Gltf => gltf::read(bytes, options)?,
+        Format::Gltf => gltf::read(bytes, options, paint)?,
     };
     match source.mesh.positions.len() {
         _ if !source.mesh.triangles.is_empty() => {}

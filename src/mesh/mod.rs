@@ -8,6 +8,7 @@ pub mod distance;
 pub mod index;
 pub mod indexed;
 pub mod lattice;
+pub mod paint;
 pub(crate) mod prefetch;
 pub(crate) mod random;
 #[doc(hidden)]
@@ -19,3 +20,4 @@ pub use corner_table::CornerTable;
 pub use index::{Corner, CornerMap, Triangle, Vertex};
 pub use indexed::IndexedMesh;
 pub use lattice::Lattice;
+pub use paint::Paint;

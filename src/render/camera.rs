@@ -14,13 +14,18 @@ pub fn place(meshes: &[&IndexedMesh], view: &View) -> Vec<Vec<DVec3>> {
         meshes.iter().map(|mesh| mesh.positions.iter().map(halved).collect()).collect();
     let (min, max) = bounds(meshes.iter().zip(&places).flat_map(|(mesh, places)| used(mesh, places)));
     let (centre, half) = ((min + max) * 0.5, (max - min).max_element() * 0.5);
-    let turn = DMat3::from_rotation_x(view.tilt_degrees.to_radians())
-        * DMat3::from_rotation_y(view.turn_degrees.to_radians())
-        * upright(view.up);
+    let turn = turn(view);
     for p in places.iter_mut().flatten() {
         *p = turn * if half > 0.0 { (*p - centre) / half } else { *p - centre };
     }
     places
+}
+
+/// From directions of a mesh to those that the camera has.
+pub fn turn(view: &View) -> DMat3 {
+    DMat3::from_rotation_x(view.tilt_degrees.to_radians())
+        * DMat3::from_rotation_y(view.turn_degrees.to_radians())
+        * upright(view.up)
 }
 
 /// The finite places of the vertices that triangles use.

@@ -5,10 +5,12 @@
 //! and bands stay with the caller: of all that stands here either crate would replace the forty lines of `Band::draw`.
 
 mod camera;
+mod coat;
 mod raster;
 mod shade;
 #[cfg(test)]
 mod tests;
+mod texture;
 
 use std::io::{self, Write};
 use std::num::NonZero;
@@ -19,9 +21,10 @@ use std::thread;
 use glam::{DVec3, Vec3, Vec4, Vec4Swizzles};
 
 use self::camera::Frame;
-use self::raster::Band;
+use self::coat::Coat;
+use self::raster::{Band, Surface};
 use crate::error::{Error, Result};
-use crate::mesh::IndexedMesh;
+use crate::mesh::{IndexedMesh, Paint};
 
 /// What a picture shows and from where. The camera is infinitely far away: there is no perspective.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +80,23 @@ impl Default for View {
     }
 }
 
+/// What is drawn.
+#[derive(Clone, Copy, Debug)]
+pub struct Model<'a> {
+    /// The mesh.
+    pub mesh: &'a IndexedMesh,
+    /// What it is painted with. Then it is drawn with the normals and the colours that its corners have, and with the pictures of its materials;
+    /// else its shape is all that is drawn. What a picture's opacity, times that of the rest, leaves less than the material's cutoff is not seen; all
+    /// else is opaque.
+    pub paint: Option<&'a Paint>,
+}
+
+impl<'a> From<&'a IndexedMesh> for Model<'a> {
+    fn from(mesh: &'a IndexedMesh) -> Self {
+        Self { mesh, paint: None }
+    }
+}
+
 /// An image in sRGB, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Picture {
@@ -98,18 +118,15 @@ pub struct Picture {
 /// # Errors
 /// [`Error::Parameter`] where a side of the picture has no pixel or too many, or an angle is not finite.
 pub fn render(meshes: &[&IndexedMesh], view: &View) -> Result<Picture> {
-    render_with(meshes, view, &|_, _| ())
+    let models: Vec<Model> = meshes.iter().map(|&mesh| mesh.into()).collect();
+    render_with(&models, view, &|_, _| ())
 }
 
-/// As [`render`]; `tell` hears, from any thread, how many pixel rows of how many are done.
+/// As [`render`], of models, painted or not; `tell` hears, from any thread, how many pixel rows of how many are done.
 ///
 /// # Errors
 /// As [`render`].
-pub fn render_with(
-    meshes: &[&IndexedMesh],
-    view: &View,
-    tell: &(dyn Fn(u64, u64) + Sync),
-) -> Result<Picture> {
+pub fn render_with(models: &[Model], view: &View, tell: &(dyn Fn(u64, u64) + Sync)) -> Result<Picture> {
     let sides = 1..=View::MAX_SIDE;
     if !sides.contains(&view.width) || !sides.contains(&view.height) {
         return Err(Error::Parameter(format!("a picture has 1 to {} pixels a side", View::MAX_SIDE)));
@@ -118,16 +135,17 @@ pub fn render_with(
         return Err(Error::Parameter("a picture needs finite angles".into()));
     }
     let (width, height) = (view.width as usize, view.height as usize);
-    let places = camera::place(meshes, view);
+    let meshes: Vec<&IndexedMesh> = models.iter().map(|model| model.mesh).collect();
+    let places = camera::place(&meshes, view);
     let edge = |i: usize| i * width / meshes.len();
     let narrowest = (0..meshes.len()).map(|i| edge(i + 1) - edge(i)).min().unwrap_or(width);
     let seen = meshes.iter().zip(&places).flat_map(|(mesh, places)| camera::used(mesh, places));
     let frame = Frame::around(seen, narrowest, height);
-    let panes: Vec<Pane> = meshes
+    let panes: Vec<Pane> = models
         .iter()
         .zip(places)
         .enumerate()
-        .map(|(i, (mesh, places))| Pane::new(mesh, places, edge(i)..edge(i + 1), height, &frame, view.smooth))
+        .map(|(i, (model, places))| Pane::new(model, places, edge(i)..edge(i + 1), height, &frame, view))
         .collect();
     let background = view.background.map(shade::from_srgb);
     let mut pixels = vec![opaque(background, Vec4::ZERO); width * height];
@@ -188,27 +206,30 @@ struct Pane<'a> {
     bands: Vec<[u8; 2]>,
     /// An averaged normal for each vertex, if shading is smooth.
     normals: Option<Vec<Vec3>>,
+    /// Its paint, if it is painted.
+    coat: Option<Coat<'a>>,
 }
 
 impl<'a> Pane<'a> {
     fn new(
-        mesh: &'a IndexedMesh,
+        &Model { mesh, paint }: &Model<'a>,
         mut places: Vec<DVec3>,
         columns: std::ops::Range<usize>,
         height: usize,
         frame: &Frame,
-        smooth: bool,
+        view: &View,
     ) -> Self {
         for p in &mut places {
             *p = frame.project(*p, columns.len(), height);
         }
-        let normals = smooth.then(|| shade::averages(mesh, &places));
+        let normals = view.smooth.then(|| shade::averages(mesh, &places));
+        let coat = paint.map(|paint| Coat::new(mesh, paint, camera::turn(view)));
         let band = |row: f64| (row / (BAND * raster::SIDE) as f64) as u8;
         let bands_of = |t: &[u32; 3]| raster::rows(t.map(|v| places[v as usize]));
         let bands = mesh.triangles.iter().map(bands_of);
         let bands =
             bands.map(|rows| rows.map_or(UNSEEN, |rows| [band(rows.start), band(rows.end)])).collect();
-        Self { mesh, columns, places, bands, normals }
+        Self { mesh, columns, places, bands, normals, coat }
     }
 
     /// Draws its part of the pixel rows from `top` on.
@@ -223,9 +244,13 @@ impl<'a> Pane<'a> {
         let mut band = Band::new(self.columns.len(), top, rows.len() / width);
         let number = (top / BAND) as u8;
         let meets = |bands: &[u8; 2]| (bands[0]..=bands[1]).contains(&number);
-        for (t, _) in self.mesh.triangles.iter().zip(&self.bands).filter(|(_, bands)| meets(bands)) {
-            let smooth = || self.normals.as_ref().map(|normals| t.map(|v| normals[v as usize]));
-            band.draw(t.map(|v| self.places[v as usize]), smooth, wireframe);
+        for (k, t) in self.mesh.triangles.iter().enumerate().filter(|(k, _)| meets(&self.bands[*k])) {
+            let smooth = self.normals.as_ref().map(|normals| t.map(|v| normals[v as usize]));
+            let surface = |samples| match &self.coat {
+                Some(coat) => Surface::Painted(coat.patch(k, samples, smooth)),
+                None => Surface::Plain(smooth),
+            };
+            band.draw(t.map(|v| self.places[v as usize]), surface, wireframe);
         }
         for (y, row) in rows.chunks_mut(width).enumerate() {
             for (x, pixel) in row[self.columns.clone()].iter_mut().enumerate() {

@@ -4,7 +4,8 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3, Vec3, Vec4};
 
-use super::shade::shade;
+use super::coat::Patch;
+use super::shade::{facing, shade};
 
 /// Samples a pixel along each axis.
 pub const SIDE: usize = 3;
@@ -17,6 +18,14 @@ pub struct Band {
     height: usize,
     depths: Vec<f32>,
     colours: Vec<Vec4>,
+}
+
+/// What a triangle looks like.
+pub enum Surface<'a> {
+    /// Of the one material of all shapes; with averaged normals of its corners where shading is smooth.
+    Plain(Option<[Vec3; 3]>),
+    /// As it is painted.
+    Painted(Patch<'a>),
 }
 
 /// The samples that a triangle covers lie in these rows; `None` where it is not seen: its area on screen is so small
@@ -34,17 +43,22 @@ impl Band {
         Self { top, width, height, depths: vec![f32::NEG_INFINITY; count], colours: vec![Vec4::ZERO; count] }
     }
 
-    /// Draws a triangle, row by row, between the places where its edges cross the row. `smooth` gives the averaged
-    /// normals of its corners.
-    pub fn draw(
+    /// Draws a triangle, row by row, between the places where its edges cross the row. `surface` tells of one that takes so many samples
+    /// what it looks like.
+    pub fn draw<'p>(
         &mut self,
         [a, b, c]: [DVec3; 3],
-        smooth: impl FnOnce() -> Option<[Vec3; 3]>,
+        surface: impl FnOnce(f64) -> Surface<'p>,
         wireframe: bool,
     ) {
         let (Some(normal), Some(rows)) = (normal([a, b, c]), rows([a, b, c])) else { return };
+        let surface = surface(0.5 * normal.z.abs());
+        let facet = facing(normal);
         let within = |y: f64| (y - self.top as f64).clamp(0.0, self.height as f64);
-        let colours = shade(normal, smooth());
+        let colours = match &surface {
+            Surface::Plain(smooth) => shade(normal, *smooth),
+            Surface::Painted(_) => Default::default(),
+        };
         // Barycentric coordinates are linear in x and y: `slope . (x, y) + constant`.
         let linear = |p: DVec3, q: DVec3| {
             let slope = DVec2::new(p.y - q.y, q.x - p.x) / normal.z;
@@ -76,9 +90,13 @@ impl Band {
                 if depth > self.depths[sample] {
                     let [u, v, w] = weights.map(|weight| weight as f32);
                     let light = edges.as_ref().map_or(1.0, |edges| edges.light(weights));
+                    let colour = match &surface {
+                        Surface::Plain(_) => Some(colours[0] * u + colours[1] * v + colours[2] * w),
+                        Surface::Painted(patch) => patch.at(facet, [u, v, w]),
+                    };
+                    let Some(colour) = colour else { continue };
                     self.depths[sample] = depth;
-                    self.colours[sample] =
-                        ((colours[0] * u + colours[1] * v + colours[2] * w) * light).extend(1.0);
+                    self.colours[sample] = (colour * light).extend(1.0);
                 }
             }
         }

@@ -9,8 +9,7 @@ use crate::mesh::topology::first_in_place;
 /// either side: the side that faces the camera is lit, be it front or back. Corners are given an averaged normal by
 /// `smooth`, which they follow but at creases.
 pub fn shade(normal: DVec3, smooth: Option<[Vec3; 3]>) -> [Vec3; 3] {
-    let normal = normal.normalize_or_zero().as_vec3();
-    let facet = if normal.z < 0.0 { -normal } else { normal };
+    let facet = facing(normal);
     let corner = |average: Vec3| {
         let cosine = average.dot(facet);
         if cosine.abs() < CREASE_COSINE {
@@ -18,10 +17,16 @@ pub fn shade(normal: DVec3, smooth: Option<[Vec3; 3]>) -> [Vec3; 3] {
         }
         let average = average * cosine.signum();
         // At the silhouette an average may look away where its facet does not.
-        Some(lit(average.with_z(average.z.max(0.0)).normalize_or(facet)))
+        Some(lit(average.with_z(average.z.max(0.0)).normalize_or(facet), MATERIAL))
     };
-    let flat = lit(facet);
+    let flat = lit(facet, MATERIAL);
     smooth.map_or([flat; 3], |averages| averages.map(|average| corner(average).unwrap_or(flat)))
+}
+
+/// The direction of a normal on screen, of any length and either side, that faces the camera.
+pub fn facing(normal: DVec3) -> Vec3 {
+    let normal = normal.normalize_or_zero().as_vec3();
+    if normal.z < 0.0 { -normal } else { normal }
 }
 
 /// For each vertex the mean normal of its triangles, weighted by their angles there (Thürmer and Wüthrich 1998), so that
@@ -56,20 +61,20 @@ pub fn to_srgb(colour: Vec3) -> [u8; 3] {
     colour.to_array().map(|x| (encode(x.clamp(0.0, 1.0)) * 255.0).round() as u8)
 }
 
-/// The colour by a normal on screen that faces the camera: a warm key light from the upper left, a weak one from the
+/// The colour of a material by a normal on screen that faces the camera: a warm key light from the upper left, a weak one from the
 /// camera, a cool sky brighter than the ground.
-fn lit(normal: Vec3) -> Vec3 {
+pub fn lit(normal: Vec3, material: Vec3) -> Vec3 {
     let normal = Vec3::new(normal.x, -normal.y, normal.z);
     let key = KEY_LIGHT.normalize();
     let glint = normal.dot((key + Vec3::Z).normalize()).max(0.0).powi(24);
     let light = KEY_COLOUR * normal.dot(key).max(0.0)
         + Vec3::splat(HEADLIGHT * normal.z)
         + GROUND_COLOUR.lerp(SKY_COLOUR, 0.5 + 0.5 * normal.y);
-    MATERIAL * light + KEY_COLOUR * (GLINT * glint)
+    material * light + KEY_COLOUR * (GLINT * glint)
 }
 
-/// Colours in linear light.
-const MATERIAL: Vec3 = Vec3::new(0.33, 0.51, 0.7);
+/// The material of shapes. Colours are in linear light.
+pub const MATERIAL: Vec3 = Vec3::new(0.33, 0.51, 0.7);
 const KEY_COLOUR: Vec3 = Vec3::new(1.08, 0.99, 0.86);
 const SKY_COLOUR: Vec3 = Vec3::new(0.16, 0.2, 0.26);
 const GROUND_COLOUR: Vec3 = Vec3::new(0.05, 0.045, 0.04);

@@ -1,8 +1,10 @@
 //! Pictures whose pixels can be told beforehand.
 
 use super::*;
+use crate::mesh::attributes::{NO_VALUE, Semantic, Values};
+use crate::mesh::paint::{Image, Material};
 use crate::mesh::random::SplitMix64;
-use crate::mesh::shapes;
+use crate::mesh::{Attribute, shapes};
 
 fn front() -> View {
     View { width: 100, height: 100, ..View::default() }
@@ -245,9 +247,145 @@ fn bands_do_not_show() {
 fn progress_comes_to_an_end() {
     let view = View { width: 9, height: 1000, ..View::default() };
     let heard = Mutex::new(Vec::new());
-    render_with(&[&square(0.0)], &view, &|done, total| heard.lock().unwrap().push((done, total))).unwrap();
+    render_with(&[(&square(0.0)).into()], &view, &|done, total| heard.lock().unwrap().push((done, total)))
+        .unwrap();
     let mut heard = heard.into_inner().unwrap();
     heard.sort_unstable();
     assert!(heard.windows(2).all(|pair| pair[0].0 < pair[1].0));
     assert_eq!(heard.last(), Some(&(1000, 1000)));
+}
+
+/// The square, with texture coordinates from (0, 0) at its upper left corner to (1, 1).
+fn square_with_uv() -> IndexedMesh {
+    let mut mesh = square(0.0);
+    let uv = Values::F32(vec![0.0, 1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0]);
+    mesh.attributes.push(Attribute::new(Semantic::TexCoord, 2, uv, vec![0, 1, 2, 0, 2, 3]));
+    mesh
+}
+
+const RED: [u8; 4] = [255, 0, 0, 255];
+const GREEN: [u8; 4] = [0, 255, 0, 255];
+const BLUE: [u8; 4] = [0, 0, 255, 255];
+const CLEAR: [u8; 4] = [255, 255, 255, 0];
+
+/// Red and green above, blue and nothing below.
+fn flag(material: Material) -> Paint {
+    let image = Image { width: 2, height: 2, pixels: vec![RED, GREEN, BLUE, CLEAR] };
+    let materials = vec![Material { image: Some(0), ..material }];
+    Paint { materials, of_parts: vec![Some(0)], images: vec![image], is_linear: true }
+}
+
+fn painted(mesh: &IndexedMesh, paint: &Paint, view: &View) -> Picture {
+    render_with(&[Model { mesh, paint: Some(paint) }], view, &|_, _| ()).unwrap()
+}
+
+/// Which of its three colours is the strongest, and whether the others are but what glints.
+fn hue(picture: &Picture, x: u32, y: u32) -> Option<usize> {
+    let rgb = at(picture, x, y);
+    let most = (0..3).max_by_key(|&k| rgb[k])?;
+    (0..3).all(|k| k == most || rgb[k] < rgb[most] / 2).then_some(most)
+}
+
+#[test]
+fn a_picture_lies_as_its_coordinates_say() {
+    let mesh = square_with_uv();
+    let picture = painted(&mesh, &flag(Material::default()), &front());
+    assert_eq!(
+        [hue(&picture, 27, 27), hue(&picture, 72, 27), hue(&picture, 27, 72)],
+        [Some(0), Some(1), Some(2)]
+    );
+    // Half a picture to the right, and twice as many downwards.
+    let transform = [[1.0, 0.0, 0.5], [0.0, 2.0, 0.0]];
+    let moved = painted(&mesh, &flag(Material { transform, ..Material::default() }), &front());
+    let hues = [(27, 16), (72, 16), (72, 38), (27, 61), (72, 61), (72, 83)].map(|(x, y)| hue(&moved, x, y));
+    assert_eq!(hues, [Some(1), Some(0), Some(2), Some(1), Some(0), Some(2)]);
+    // Another set has no such coordinates: the material is all there is.
+    let plain = painted(&mesh, &flag(Material { set: 1, ..Material::default() }), &front());
+    assert_eq!((hue(&plain, 27, 27), at(&plain, 27, 27)), (None, at(&plain, 72, 72)));
+}
+
+#[test]
+fn what_is_below_the_cutoff_is_not_seen() {
+    let mesh = square_with_uv();
+    let cut = |cutoff| painted(&mesh, &flag(Material { cutoff, ..Material::default() }), &front());
+    assert_eq!(background(&cut(0.0)), 100 * 100 - 90 * 90);
+    let picture = cut(0.5);
+    assert_eq!((at(&picture, 80, 80), hue(&picture, 27, 72)), (BACKGROUND, Some(2)));
+    // What is behind shows there.
+    let behind = square(-1.0);
+    let mut both = square_with_uv();
+    both.positions.extend(&behind.positions);
+    both.triangles.extend(behind.triangles.iter().map(|t| t.map(|v| v + 4)));
+    both.attributes[0].corners.extend([NO_VALUE; 6]);
+    both.attributes.push(Attribute::parts(&[0, 0, 1, 1]));
+    let paint = flag(Material { cutoff: 0.5, ..Material::default() });
+    assert_eq!(
+        at(&painted(&both, &paint, &front()), 80, 80),
+        at(&render(&[&behind], &front()).unwrap(), 80, 80)
+    );
+}
+
+/// Colours at corners run from one to the other; a half in sRGB is less light than a half.
+#[test]
+fn colours_at_corners_are_mixed() {
+    let mut mesh = square(0.0);
+    let colours = Values::U8(vec![255, 0, 0, 0, 0, 255]);
+    mesh.attributes.push(Attribute::new(Semantic::Color, 3, colours, vec![0, 1, 1, 0, 1, 0]));
+    let picture = painted(&mesh, &Paint::default(), &front());
+    assert_eq!(
+        [hue(&picture, 8, 50), hue(&picture, 92, 50), hue(&picture, 50, 50)],
+        [Some(0), Some(2), None]
+    );
+    let grey = |is_linear| {
+        let mut mesh = square(0.0);
+        mesh.attributes.push(Attribute::new(Semantic::Color, 1, Values::F32(vec![0.5]), vec![0; 6]));
+        at(&painted(&mesh, &Paint { is_linear, ..Paint::default() }, &front()), 50, 50)[0]
+    };
+    assert!(grey(true) > grey(false) + 20);
+}
+
+/// Normals of the mesh decide how light it is, on whichever side; they turn with it.
+#[test]
+fn normals_of_the_mesh_are_lit() {
+    let with = |normals: Vec<f32>, turn_degrees: f64| {
+        let mut mesh = square(0.0);
+        mesh.attributes.push(Attribute::new(Semantic::Normal, 3, Values::F32(normals), vec![0; 6]));
+        at(&painted(&mesh, &Paint::default(), &View { turn_degrees, ..front() }), 50, 50)
+    };
+    let near = |a: [u8; 4], b: [u8; 4]| (0..4).all(|k| a[k].abs_diff(b[k]) <= 1);
+    let shape =
+        |turn_degrees| at(&render(&[&square(0.0)], &View { turn_degrees, ..front() }).unwrap(), 50, 50);
+    for turn in [0.0, 40.0] {
+        assert!(
+            near(with(vec![0.0, 0.0, 3.0], turn), shape(turn))
+                && near(with(vec![0.0, 0.0, -1.0], turn), shape(turn))
+        );
+    }
+    assert!(!near(with(vec![-0.6, 0.6, 1.0], 0.0), shape(0.0)));
+    // No direction, and none that is a number.
+    assert!(near(with(vec![0.0; 3], 0.0), shape(0.0)) && near(with(vec![f32::NAN; 3], 0.0), shape(0.0)));
+}
+
+/// Whatever a file has of parts, places and pictures, something is drawn.
+#[test]
+fn wild_paint_does_no_harm() {
+    let wild = [0.0, -1.0, 1e-30, 0.5, 3.0, 1e30, f32::INFINITY, f32::NAN];
+    let mut random = SplitMix64::new(5);
+    for _ in 0..100 {
+        let mut one = || wild[random.below(wild.len() as u32) as usize];
+        let mut mesh = square_with_uv();
+        mesh.attributes[0].values = Values::F32((0..8).map(|_| one()).collect());
+        mesh.attributes.push(Attribute::new(
+            Semantic::Color,
+            4,
+            Values::F32([0; 4].map(|_| one()).to_vec()),
+            vec![0; 6],
+        ));
+        let (transform, cutoff) = ([[one(), one(), one()], [one(), one(), one()]], one());
+        let mut paint =
+            flag(Material { colour: [0; 4].map(|_| one()), transform, cutoff, ..Material::default() });
+        mesh.attributes.push(Attribute::parts(&[random.below(3), u32::MAX]));
+        paint.of_parts = vec![Some(7), None, Some(0)];
+        painted(&mesh, &paint, &View { smooth: true, wireframe: true, ..front() });
+    }
 }

@@ -476,5 +476,9 @@ fn the_demo_shows_what_it_does() {
     let called = if found { "unweld" } else { "cargo run --" };
     assert!(run.text().contains(&format!("\n  {called} view show/demo.uwm\n")), "{}", run.text());
     assert_eq!(folder.info("show/demo.uwm")["triangles"], 81_920);
+    // And a scene: with its pictures, and an animation.
+    assert!(folder.bytes("show/demo-scene.png").starts_with(b"\x89PNG"));
+    let resources = &folder.info("show/demo-scene.uwm")["resources"]["list"];
+    assert!(resources.as_array().is_some_and(|list| list.len() > 4), "{resources}");
     assert_eq!(folder.list(), ["show"]);
 }

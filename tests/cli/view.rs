@@ -72,7 +72,7 @@ fn levels_stand_side_by_side_in_the_order_given() {
 fn a_picture_for_people() {
     let folder = Folder::new();
     folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nvn 0 0 1\nf 1//1 2//1 3//1\nf 1 1 2\n");
-    let run = folder.run("view m.obj -o m.png --size 30x20").succeeded();
+    let run = folder.run("view m.obj -o m.png --size 30x20 --plain").succeeded();
     let lines: Vec<&str> = run.text().lines().collect();
     assert_eq!(lines[0], "m.obj -> m.png");
     assert_eq!(lines[1], "  mesh       2 triangles, 1 without an area as seen from here");
@@ -81,6 +81,49 @@ fn a_picture_for_people() {
     assert!(lines[4].starts_with("  time       read "));
     let quiet = folder.run("view m.obj -o m.png -q").succeeded();
     assert!(quiet.out.is_empty());
+    let normals = folder.run("view m.obj -o m.png").succeeded();
+    assert!(!normals.text().contains("not drawn"), "{}", normals.text());
+}
+
+/// A scene as it came and as it comes back; without its pictures it is another sight.
+#[test]
+fn pictures_of_materials_are_drawn() {
+    let folder = Folder::new();
+    folder.write("s.glb", &unweld::formats::sample_scene(0.1));
+    folder.run("encode s.glb -o s.uwm -q").succeeded();
+    let drawn = |input: &str, options: &str| {
+        folder.run(&format!("view {input} -o s.png --size 80x60 -q {options}")).succeeded();
+        picture(&folder.bytes("s.png")).2
+    };
+    let scene = drawn("s.glb", "");
+    let far = |other: &[Vec<u8>]| {
+        let differs = |(p, q): (&Vec<u8>, &Vec<u8>)| p.iter().zip(q).any(|(a, b)| a.abs_diff(*b) > 24);
+        scene.iter().zip(other).filter(|pair| differs(*pair)).count()
+    };
+    assert!(far(&drawn("s.uwm", "--level 0")) < 80 * 60 / 50);
+    assert!(far(&drawn("s.glb", "--plain")) > 80 * 60 / 10);
+    // What comes back as a scene looks as the level does.
+    folder.run("decode s.uwm -o l.glb --level 2 -q").succeeded();
+    assert_eq!(drawn("l.glb", ""), drawn("s.uwm", "--level 2"));
+    // Told is what is not drawn.
+    let told = folder.run("view s.glb -o s.png --size 80x60 --json --plain").json();
+    assert_eq!(told["dropped"].as_array().map(|list| list.len() > 3), Some(true), "{told}");
+}
+
+/// A row of the picture for each angle.
+#[test]
+fn several_turns_make_rows() {
+    let folder = Folder::with_sphere();
+    let drawn = |options: &str| {
+        folder.run(&format!("view sphere.uwm -o s.png --level 2,0 -q {options}")).succeeded();
+        picture(&folder.bytes("s.png"))
+    };
+    let [(_, _, mut above), (_, _, below)] =
+        ["--turn 10", "--turn -70"].map(|turn| drawn(&format!("{turn} --size 60x30")));
+    above.extend(below);
+    assert_eq!(drawn("--turn 10,-70 --size 60x60"), (60, 60, above));
+    let told = folder.run("view sphere.uwm -o s.png --turn 0,45,90 --json").json();
+    assert_eq!((&told["width"], &told["height"]), (&800.into(), &2400.into()));
 }
 
 #[test]

@@ -15,15 +15,20 @@ use crate::limits::MAX_ELEMENTS;
 use crate::mesh::IndexedMesh;
 use crate::mesh::attributes::Semantic;
 
+/// A scene as one mesh.
+pub(super) struct Flattened {
+    pub mesh: IndexedMesh,
+    /// What was left out of it, in words for the user.
+    pub left_out: Vec<String>,
+    /// The number of the material of each part, if it has one.
+    pub materials: Vec<Option<usize>>,
+}
+
 /// The mesh of a scene, by meshes, then by their instances, then by primitives.
 ///
 /// # Errors
 /// At the pointer where the document is at fault; [`Error::Limit`].
-pub(super) fn flatten<'d>(
-    document: &'d Document<'d>,
-    scene: &Scene,
-    notes: &mut Notes,
-) -> Result<(IndexedMesh, Vec<String>)> {
+pub(super) fn flatten<'d>(document: &'d Document<'d>, scene: &Scene, notes: &mut Notes) -> Result<Flattened> {
     let meshes = document.root().list("meshes")?;
     let shown: Vec<&[Instance]> = scene.instances.chunk_by(|a, b| a.mesh == b.mesh).collect();
     let mut flat = Flat::new(document, columns(document, &meshes, &shown)?);
@@ -82,14 +87,15 @@ struct Flat<'d> {
     /// The part of each triangle.
     parts: Vec<u32>,
     names: Vec<String>,
+    materials: Vec<Option<usize>>,
     named: bool,
     columns: BTreeMap<column::Key<'d>, Column>,
 }
 
 impl<'d> Flat<'d> {
     fn new(document: &'d Document<'d>, columns: BTreeMap<column::Key<'d>, Column>) -> Self {
-        let (positions, triangles, parts, names) = Default::default();
-        Self { document, positions, triangles, parts, names, named: false, columns }
+        let (positions, triangles, parts, names, materials) = Default::default();
+        Self { document, positions, triangles, parts, names, materials, named: false, columns }
     }
 
     /// A new part.
@@ -98,6 +104,9 @@ impl<'d> Flat<'d> {
         self.named |= named;
         self.document.take(lines.len(), 1)?;
         self.names.push(lines);
+        let own = mesh.list("primitives")?.into_iter().nth(primitive.number);
+        let material = own.and_then(|own| own.key("material"));
+        self.materials.push(material.map(|material| material.number()).transpose()?);
         Ok(self.names.len() as u32 - 1)
     }
 
@@ -172,8 +181,7 @@ impl<'d> Flat<'d> {
         Ok(begin as u32)
     }
 
-    /// The mesh, and what was left out of it.
-    fn finish(self) -> (IndexedMesh, Vec<String>) {
+    fn finish(self) -> Flattened {
         let mut gathered = Gathered::default();
         // One nameless part says nothing.
         let part_names = if self.named || self.names.len() > 1 {
@@ -188,7 +196,7 @@ impl<'d> Flat<'d> {
         }
         let mesh =
             gathered.mesh(IndexedMesh { part_names, ..IndexedMesh::new(self.positions, self.triangles) });
-        (mesh, gathered.dropped)
+        Flattened { mesh, left_out: gathered.dropped, materials: self.materials }
     }
 }
 

@@ -28,10 +28,13 @@ mod layout;
 mod meshopt;
 mod notes;
 mod pack;
+mod painted;
 mod plain;
 mod previews;
 mod primitive;
 mod references;
+#[cfg(feature = "encode")]
+mod sample;
 mod scene;
 mod shaped;
 mod texels;
@@ -41,13 +44,16 @@ mod weights;
 mod write;
 
 use self::document::Document;
+use self::flatten::Flattened;
 use self::layout::Layout;
 use self::notes::Notes;
 use self::scene::Scene;
 use super::{Coordinates, Format, ReadOptions, Source, text};
 use crate::error::{Error, Result};
-use crate::mesh::IndexedMesh;
+use crate::mesh::{IndexedMesh, Paint};
 
+#[cfg(feature = "encode")]
+pub use sample::sample_scene;
 pub use write::{placed, write_glb, write_progressive, write_scene};
 
 /// Whether the content is glTF: binary by its first bytes; text by its first object, which tells of an asset and its version.
@@ -62,12 +68,12 @@ pub(super) fn is_gltf(bytes: &[u8]) -> bool {
     first.starts_with(b"{") && WORDS.iter().any(|word| has(word))
 }
 
-/// Reads the scene of a glTF file as one mesh.
+/// Reads the scene of a glTF file as one mesh; and what it is painted with, if that is wanted.
 ///
 /// # Errors
 /// At the byte, the line or the JSON pointer where the file is at fault; [`Error::Limit`] beyond the memory that is allowed.
-pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
-    match scene(bytes, options) {
+pub(super) fn read(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Result<Source> {
+    match scene(bytes, options, paint) {
         Err(Error::Input(mut fault)) => {
             fault.file.clone_from(&options.name);
             Err(fault.into())
@@ -76,7 +82,7 @@ pub(super) fn read(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     }
 }
 
-fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
+fn scene(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Result<Source> {
     let document = Document::parse(bytes, options.folder.clone(), options.max_memory)?;
     if !options.force {
         notes::check_required(&document.root())?;
@@ -86,10 +92,14 @@ fn scene(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     if options.scenes {
         return kept(&document, &scene, notes);
     }
-    let (mesh, left_out) = flatten::flatten(&document, &scene, &mut notes)?;
+    let Flattened { mesh, left_out, materials } = flatten::flatten(&document, &scene, &mut notes)?;
     let mut dropped = notes.in_words(&document, &scene)?;
     dropped.extend(left_out);
-    Ok(source(mesh, dropped))
+    let mut source = source(mesh, dropped);
+    if let Some(paint) = paint {
+        *paint = painted::paint(&document, materials, &mut source.remarks)?;
+    }
+    Ok(source)
 }
 
 /// The scene as it is.

@@ -1,4 +1,6 @@
-//! Small pictures of images (feature `images`), and what is told of an image by its first bytes.
+//! Images decoded, and small pictures of them (feature `images`); what is told of an image by its first bytes.
+
+use crate::mesh::paint::Image;
 
 /// What a file of an image is by its first bytes.
 pub(super) fn media(bytes: &[u8]) -> Option<&'static str> {
@@ -44,10 +46,10 @@ fn of_ktx(bytes: &[u8]) -> Picture {
 }
 
 #[cfg(not(feature = "images"))]
-pub(super) use without::look;
+pub(super) use without::{decoded, look};
 
 #[cfg(feature = "images")]
-pub(super) use with::look;
+pub(super) use with::{decoded, look};
 
 #[cfg(not(feature = "images"))]
 mod without {
@@ -62,6 +64,14 @@ mod without {
             Some("image/ktx2") => Ok(of_ktx(bytes)),
             _ => Ok(Picture::default()),
         }
+    }
+
+    /// Nothing.
+    ///
+    /// # Errors
+    /// Always.
+    pub(in crate::formats::gltf) fn decoded(_: &[u8], _: &mut u64) -> Result<Image, String> {
+        Err("this program was built without the feature `images`".to_owned())
     }
 }
 
@@ -83,32 +93,16 @@ mod with {
         has_alpha: bool,
         left: &mut u64,
     ) -> Result<Picture, String> {
-        let format = match media(bytes) {
-            Some("image/png") => ImageFormat::Png,
-            Some("image/jpeg") => ImageFormat::Jpeg,
-            Some("image/webp") => ImageFormat::WebP,
-            Some("image/ktx2") => return Ok(of_ktx(bytes)),
-            _ => return Err("no PNG, JPEG, WebP or KTX 2.0".to_owned()),
-        };
-        let said = |e: image::ImageError| e.to_string();
-        let reader = || ImageReader::with_format(Cursor::new(bytes), format);
-        let (width, height) = reader().into_dimensions().map_err(said)?;
-        let count = u64::from(width) * u64::from(height);
-        if count > MOST_PIXELS || count > *left {
-            return Err(format!("{width} by {height} pixels, which is more than is decoded for a preview"));
+        if media(bytes) == Some("image/ktx2") {
+            return Ok(of_ktx(bytes));
         }
-        *left -= count;
+        let Reader { reader, width, height } = reader(bytes, left)?;
         let longest = width.max(height);
         let sizes = SIZES.iter().filter(|(_, from)| longest >= *from).map(|(size, _)| *size);
         let mut picture = Picture { pixels: [width, height], previews: Vec::new() };
         if longest < SIZES[0].1 {
             return Ok(picture);
         }
-        let mut reader = reader();
-        let mut limits = Limits::default();
-        // Of 16 bits in four channels, and once more in the decoder.
-        limits.max_alloc = Some(16 * count + SPARE);
-        reader.limits(limits);
         let whole = reader.decode().map_err(said)?;
         for size in sizes {
             let small = whole.thumbnail(size, size);
@@ -125,6 +119,50 @@ mod with {
             is_worth
         });
         Ok(picture)
+    }
+
+    /// The pixels of an image. `left` is as in [`look`].
+    ///
+    /// # Errors
+    /// Why they cannot be had, in words for the user.
+    pub(in crate::formats::gltf) fn decoded(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
+        let Reader { reader, width, height } = reader(bytes, left)?;
+        let pixels = reader.decode().map_err(said)?.into_rgba8();
+        Ok(Image { width, height, pixels: pixels.pixels().map(|pixel| pixel.0).collect() })
+    }
+
+    /// A decoder that takes no more than an image of its size does.
+    struct Reader<'a> {
+        reader: ImageReader<Cursor<&'a [u8]>>,
+        width: u32,
+        height: u32,
+    }
+
+    fn reader<'a>(bytes: &'a [u8], left: &mut u64) -> Result<Reader<'a>, String> {
+        let format = match media(bytes) {
+            Some("image/png") => ImageFormat::Png,
+            Some("image/jpeg") => ImageFormat::Jpeg,
+            Some("image/webp") => ImageFormat::WebP,
+            Some("image/ktx2") => return Err("KTX 2.0, which is not decoded".to_owned()),
+            _ => return Err("no PNG, JPEG, WebP or KTX 2.0".to_owned()),
+        };
+        let reader = || ImageReader::with_format(Cursor::new(bytes), format);
+        let (width, height) = reader().into_dimensions().map_err(said)?;
+        let count = u64::from(width) * u64::from(height);
+        if count > MOST_PIXELS || count > *left {
+            return Err(format!("{width} by {height} pixels, which is more than is decoded"));
+        }
+        *left -= count;
+        let mut reader = reader();
+        let mut limits = Limits::default();
+        // Of 16 bits in four channels, and once more in the decoder.
+        limits.max_alloc = Some(16 * count + SPARE);
+        reader.limits(limits);
+        Ok(Reader { reader, width, height })
+    }
+
+    fn said(error: image::ImageError) -> String {
+        error.to_string()
     }
 
     fn encoded(small: &DynamicImage, has_alpha: bool) -> image::ImageResult<(Vec<u8>, &'static str)> {

@@ -80,7 +80,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
     let mut progress = Progress::new(args.quiet);
-    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false };
+    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false };
     let (mut sources, mut names) = (Vec::new(), Vec::new());
     for input in &args.inputs {
         let Mesh { source, level } = Mesh::read(input, None, reading, &mut progress)?;

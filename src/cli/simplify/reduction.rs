@@ -164,7 +164,10 @@ impl Reduction {
     /// For the library.
     fn options(&self, removal: &Removal, topology: Topology) -> anyhow::Result<Options> {
         if self.method.is_parallel() {
-            return Err(Usage("--method parallel has no goal: it is for a view, of unweld simplify".to_owned()).into());
+            return Err(Usage(
+                "--method parallel has no goal: it is for a view, of unweld simplify".to_owned(),
+            )
+            .into());
         }
         let is_hqms = self.method == Method::Hqms;
         let clusters = matches!(self.method, Method::Octree | Method::Uniform);

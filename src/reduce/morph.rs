@@ -172,7 +172,9 @@ fn check(mesh: &IndexedMesh) -> Result<()> {
         match mesh.positions.get(v as usize) {
             Some(p) if p.iter().all(|x| x.is_finite()) => {}
             Some(_) => {
-                return Err(Error::Parameter(format!("vertex {v} has a coordinate that is no finite number")));
+                return Err(Error::Parameter(format!(
+                    "vertex {v} has a coordinate that is no finite number"
+                )));
             }
             None => return Err(Error::Parameter(format!("there is no vertex {v}"))),
         }

@@ -1,20 +1,7 @@
 //! `unweld lod`, `pack`, `unpack`, and the commands that take sets.
 
-use super::Folder;
-use std::collections::BTreeMap;
+use super::{Folder, triangles};
 use unweld::mesh::{IndexedMesh, shapes};
-
-/// The triangles as corners, each from its smallest one, and how often each is there.
-fn triangles(mesh: &IndexedMesh) -> BTreeMap<[[u64; 3]; 3], usize> {
-    let mut all = BTreeMap::new();
-    for t in &mesh.triangles {
-        // Zeros of both signs are one place.
-        let corners = t.map(|v| mesh.positions[v as usize].map(|x| (x + 0.0).to_bits()));
-        let first = (0..3).min_by_key(|&k| corners[k]).unwrap();
-        *all.entry([0, 1, 2].map(|k| corners[(first + k) % 3])).or_default() += 1;
-    }
-    all
-}
 
 /// A chain by hand: the whole, every vertex of which is a point of the lattice, and two of its parts; one of them has a triangle twice.
 fn chain(folder: &Folder) -> [IndexedMesh; 3] {

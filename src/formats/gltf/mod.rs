@@ -59,10 +59,10 @@ use super::{Coordinates, Format, ReadOptions, Source, text};
 use crate::error::{Error, Result};
 use crate::mesh::{IndexedMesh, Paint};
 
-#[cfg(feature = "encode")]
-pub use sample::sample_scene;
 pub use bodies::in_bodies;
 pub use files::File;
+#[cfg(feature = "encode")]
+pub use sample::sample_scene;
 pub use turned::turn_v;
 pub use write::{GltfFiles, SceneOptions, gltf_files, placed, write_glb, write_progressive, write_scene};
 

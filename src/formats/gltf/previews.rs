@@ -1,10 +1,7 @@
 //! Images decoded, and small pictures of them (feature `images`); what is told of an image by its first bytes.
 
+use super::ktx;
 use crate::mesh::paint::Image;
-
-use super::ktx;
-
-use super::ktx;
 
 /// What a file of an image is by its first bytes.
 pub(super) fn media(bytes: &[u8]) -> Option<&'static str> {

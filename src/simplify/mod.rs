@@ -275,7 +275,7 @@ pub fn simplify(
 }
 
 /// Budget of a level that has values.
-const BUDGET_OF_VALUES: f64 = 0.3;
+const BUDGET_OF_VALUES: f64 = 0.2;
 /// What of the weight of shape is left where there are values.
 const SHAPE_BESIDE_VALUES: f64 = 0.5;
 /// Vertices of the input for each that a base may have before components are left out of it that are larger than its error.

@@ -18,7 +18,7 @@ use unweld::mesh::{Lattice, Paint};
 /// What a file holds.
 pub enum Input {
     /// A mesh in a foreign format, and what it is painted with, if that is wanted.
-    Mesh(Source, Paint),
+    Mesh(Box<Source>, Paint),
     /// A `.uwm` file.
     Levels(Uwm),
 }
@@ -56,14 +56,14 @@ impl Input {
             return if named || bytes.starts_with(&MAGIC[..4]) {
                 Ok(Self::Levels(Uwm::of_bytes(bytes, &name(path), reading.max_memory)?))
             } else {
-                parse(&bytes, path, reading).map(|(source, paint)| Self::Mesh(source, paint))
+                parse(&bytes, path, reading).map(|(source, paint)| Self::Mesh(Box::new(source), paint))
             };
         }
         if named || begins_as_uwm(path)? {
             Ok(Self::Levels(Uwm::open(path, reading.max_memory)?))
         } else {
             let (source, paint) = parse(&read_bytes(path)?, path, reading)?;
-            Ok(Self::Mesh(source, paint))
+            Ok(Self::Mesh(Box::new(source), paint))
         }
     }
 }
@@ -81,7 +81,7 @@ impl Mesh {
     ) -> anyhow::Result<Self> {
         match Input::open(path, reading)? {
             Input::Mesh(..) if level.is_some() => Err(without_levels(path).into()),
-            Input::Mesh(source, _) => Ok(Self { source, level: None }),
+            Input::Mesh(source, _) => Ok(Self { source: *source, level: None }),
             Input::Levels(mut uwm) => Self::of_level(&mut uwm, level.unwrap_or(0), reading, progress),
         }
     }

@@ -28,7 +28,7 @@ pub struct Args {
     input: PathBuf,
     /// The mesh it was made from
     original: Option<PathBuf>,
-    /// The member of a set that is compared with ORIGINAL, 0, the finest, where none is named
+    /// The member of a set that is compared with ORIGINAL, from 0, the finest, to the coarsest [default: 0]
     #[arg(long, value_name = "J", requires = "original")]
     level: Option<u32>,
     /// Most memory to use, in bytes or with a suffix K, M, G

@@ -135,7 +135,7 @@ impl Morph {
         mesh.triangles.iter_mut().flatten().for_each(|v| *v = self.parents[*v as usize]);
         let stays = |t: &[u32; 3]| {
             let [a, b, c] = turned(*t);
-            let is_there = a != b && b != c && c != NO_VERTEX && b != NO_VERTEX;
+            let is_there = a != b && b != c && c != a && c != NO_VERTEX && b != NO_VERTEX;
             is_there && (!self.is_known || wanted.contains(&[a, b, c])) && seen.insert([a, b, c])
         };
         let stays: Vec<bool> = mesh.triangles.iter().map(stays).collect();

@@ -52,7 +52,7 @@ fn the_json_of_info_and_encode() {
     assert_eq!(keys(&info), expected);
     assert_eq!((&info["vertices"], &info["triangles"]), (&642.into(), &1280.into()));
     assert_eq!(info["exact"], false);
-    assert_eq!(info["coding"], serde_json::json!({ "lifting": 13, "models": "plain" }));
+    assert_eq!(info["coding"], serde_json::json!({ "lifting": 13, "models": "rich" }));
     assert_eq!(info["format_version"], 1);
     assert_eq!(info["generator"], concat!("unweld ", env!("CARGO_PKG_VERSION")));
     assert_eq!(info["file_bytes"], folder.bytes("sphere.uwm").len());
@@ -338,10 +338,13 @@ fn strict_refuses_what_a_file_cannot_keep() {
     let run = folder.run("simplify m.obj -o m.ply --faces 1 --strict");
     assert_eq!(run.code, 1);
     assert!(
-        run.err.starts_with("unweld: m.obj: --strict: the result cannot keep line elements (1), normal"),
+        run.err.starts_with("unweld: m.obj: --strict: the result cannot keep line elements (1)\n"),
         "{}",
         run.err
     );
+    // By removals no attribute goes along.
+    let run = folder.run("simplify m.obj -o m.ply --faces 1 --strict --method stellar");
+    assert!(run.err.contains("cannot keep line elements (1), normal"), "{}", run.err);
     assert_eq!(folder.list(), ["bare.obj", "m.obj"]);
     // One that loses nothing is none the worse for it, also beside one that fails.
     let run = folder.run("encode m.obj bare.obj -o out --strict");
@@ -450,11 +453,19 @@ fn info_tells_errors_of_attributes() {
 #[test]
 fn info_tells_how_refinements_are_coded() {
     let folder = Folder::with_sphere();
+    // More vertices than those of a small mesh.
+    folder.mesh("large.ply", &shapes::sphere(5));
     for (settings, lifting, models, words) in [
-        ("--lifting 0", 0, "plain", "coarse levels are not lifted, plain models"),
-        ("--lifting 20 --profile small", 20, "rich", "coarse levels are lifted by 20/64, rich models"),
+        ("large.ply --lifting 0", 0, "plain", "coarse levels are not lifted, plain models"),
+        ("sphere.ply --lifting 0", 0, "rich", "coarse levels are not lifted, rich models"),
+        (
+            "large.ply --lifting 20 --profile small",
+            20,
+            "rich",
+            "coarse levels are lifted by 20/64, rich models",
+        ),
     ] {
-        folder.run(&format!("encode sphere.ply -o other.uwm --force {settings}")).succeeded();
+        folder.run(&format!("encode -o other.uwm --force {settings}")).succeeded();
         let coding = &folder.info("other.uwm")["coding"];
         assert_eq!((&coding["lifting"], &coding["models"]), (&lifting.into(), &models.into()));
         let run = folder.run("info other.uwm").succeeded();

@@ -45,7 +45,7 @@ pub struct Parallel {
     /// Angle of the view from bottom to top, in degrees, above 0 and below 180: 60 where not given
     #[arg(long, value_name = "F", value_parser = angle)]
     fov: Option<f64>,
-    /// Walk the eye round the mesh, about the axis y, in so many frames, and tell of each; the last one is what is written. Without --eye
+    /// Walk the eye round the mesh, about the axis y, in 1 to 100,000 frames, and tell of each; the last one is what is written. Without --eye
     /// it starts in front of the mesh, 1.5 diagonals away
     #[arg(long, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     orbit: Option<u32>,

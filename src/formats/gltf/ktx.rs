@@ -160,7 +160,7 @@ mod tests {
         let mut out = b"\xabKTX 20\xbb\r\n\x1a\n".to_vec();
         let begin = INDEX + LEVEL * levels as usize;
         for word in [0, 1, width, height, 0, 0, 1, levels, scheme] {
-            out.extend((word as u32).to_le_bytes());
+            out.extend(word.to_le_bytes());
         }
         for word in [begin, descriptor.len(), begin + descriptor.len(), keys.len()] {
             out.extend((word as u32).to_le_bytes());

@@ -63,8 +63,8 @@ mod tests {
         assert_eq!(of(Values::U16(vec![1, 65535]), true), (Values::U16(vec![1, 0]), true));
         assert_eq!(of(Values::I8(vec![127, -127]), true), (Values::F32(vec![1.0, 2.0]), false));
         assert_eq!(of(Values::U16(vec![7, 5]), false), (Values::F32(vec![7.0, -4.0]), false));
-        let mut other = IndexedMesh::default();
-        other.attributes = vec![Attribute::new(Semantic::TexCoord, 3, Values::U8(vec![1, 2, 3]), vec![])];
+        let attributes = vec![Attribute::new(Semantic::TexCoord, 3, Values::U8(vec![1, 2, 3]), vec![])];
+        let mut other = IndexedMesh { attributes, ..IndexedMesh::default() };
         let same = other.clone();
         turn_v(&mut other);
         assert!(other == same && !has_v(&other));

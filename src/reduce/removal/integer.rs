@@ -111,7 +111,7 @@ mod tests {
 
         #[test]
         fn normals_are_those_of_exact_arithmetic(a: [i16; 3], b: [i16; 3], c: [i16; 3], up in 0u32..5) {
-            let [a, b, c] = [a, b, c].map(|p| p.map(|x| i32::from(x) / 4 << up));
+            let [a, b, c] = [a, b, c].map(|p| p.map(|x| (i32::from(x) / 4) << up));
             let n = normal(a, b, c);
             prop_assert!(magnitude(n) < 1 << 30);
             let wide = |p: Point| minus(p, a).map(i64::from);
@@ -137,6 +137,6 @@ mod tests {
         }
         assert_eq!(shortened([1 << 40, -(1 << 40), 5]), [1 << 19, -(1 << 19), 0]);
         // The cost of a vertex of 255 triangles has its key: seven bits say how long it is.
-        assert!(key(255 * 3 << 44, 3 * shift_of(most as u32)) < 73 << 25);
+        assert!(key((255 * 3) << 44, 3 * shift_of(most as u32)) < 73 << 25);
     }
 }

@@ -196,7 +196,7 @@ fn what_is_no_manifold_stays() {
             let [x, y] = [k % width, k / width].map(f64::from);
             [x * turn.cos(), x * turn.sin(), y]
         }));
-        let name = |v: u32| if v % width == 0 { v } else { v + first };
+        let name = |v: u32| if v.is_multiple_of(width) { v } else { v + first };
         mesh.triangles.extend(grid.triangles.iter().map(|t| t.map(name)));
     }
     let surface = Surface::new(&mesh, 3).unwrap();

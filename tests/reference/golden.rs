@@ -376,8 +376,8 @@ fn they_are_what_the_read_me_says() {
         let file = File::read(&load(name)).unwrap();
         file.attributes.iter().map(|a| a.birth).collect::<Vec<_>>()
     };
-    assert_eq!(births("values.uwm"), [10, 10, 10, 10, 0]);
-    assert_eq!(births("born_values.uwm"), [11, 11, 1, 11]);
+    assert_eq!(births("values.uwm"), [13, 13, 13, 13, 0]);
+    assert_eq!(births("born_values.uwm"), [13, 13, 1, 13]);
     assert_eq!(figures("hand.uwm"), (2, 0, false, 4, 2));
     let births = File::read(&load("births.uwm")).unwrap();
     let with = (0..births.levels.len()).filter(|&j| !births.atoms_of(BIRTH, j).is_empty()).count();

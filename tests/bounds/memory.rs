@@ -6,6 +6,7 @@ use unweld::container::{AtomKind, FileBuilder, Metadata, parse_contents, plan_fr
 use unweld::decoder::{Decoder, Options as Wanted, decode};
 use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::limits::Limits;
+use unweld::mesh::attributes::{Attribute, Semantic, Values};
 use unweld::mesh::topology::Weld;
 use unweld::mesh::{IndexedMesh, shapes};
 use unweld::{Error, Result};
@@ -192,4 +193,25 @@ fn an_assembled_mesh() {
     just_enough("assembled", &file, |wanted| decode(&file, wanted)?.assembled().map(drop));
     let file = encoded(&shapes::torus(100, 200), Options::default());
     just_enough("assembled from a plain file", &file, |wanted| decode(&file, wanted)?.assembled().map(drop));
+}
+
+/// Models of attributes take memory by themselves: those of colours remember what stood behind what.
+#[test]
+fn models_of_attributes() {
+    let _turn = alone();
+    let mut mesh = shapes::grid(12, 12);
+    let corners: Vec<u32> = mesh.triangles.as_flattened().to_vec();
+    for k in 0..24 {
+        let number = |n: u32| (n.wrapping_mul(2_654_435_761 + 2 * k) >> 24) as u8;
+        let values = Values::U8((0..4 * mesh.positions.len() as u32).map(number).collect());
+        let name = format!("c{k}");
+        mesh.attributes
+            .push(Attribute { name, ..Attribute::new(Semantic::Color, 4, values, corners.clone()) });
+    }
+    let mut coarse = Options::default();
+    coarse.simplify.base_vertices = Some(10);
+    for (name, options) in [("whole", flat()), ("refined", coarse)] {
+        let file = encoded(&mesh, options);
+        just_enough(name, &file, whole(&file));
+    }
 }

@@ -40,12 +40,18 @@ try {
   context.on("request", (request) => requests.push(request.url()));
   await page.goto(address);
   await page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
+  // The scene comes first in the list.
+  const scene = await page.evaluate(() => [document.getElementById("meshes").value, globalThis.unweld.bytes, globalThis.unweld.total]);
+  assert.deepEqual([scene[0], scene[1] > 50_000], ["meshes/demo-scene.uwm", true]);
+  await page.selectOption("#meshes", "meshes/demo.uwm");
+  await page.waitForFunction((before) => globalThis.unweld.complete && globalThis.unweld.total !== before, scene[2], { timeout: 60_000 });
   const { triangles, bytes, total } = await page.evaluate(() => ({ ...globalThis.unweld }));
   assert.deepEqual([triangles, bytes], [81_920, total], "an icosphere subdivided six times has 20 * 4^6 triangles");
   const elsewhere = requests.filter((url) => !url.startsWith(address) && !/^(data|blob):/.test(url));
   assert.deepEqual([faults, elsewhere], [[], []]);
   const { meshes } = await (await fetch(new URL("meshes", address))).json();
-  const half = new URL(`meshes/${meshes[0].name.replace(/\.uwm$/, "")}/refine?max_bytes=${total >> 1}`, address);
+  assert.deepEqual(meshes.map(({ name }) => name), ["demo-scene.uwm", "demo.uwm"]);
+  const half = new URL(`meshes/demo/refine?max_bytes=${total >> 1}`, address);
   let last;
   for await (const delta of decode(half, { pool: new WorkerPool(0), retries: 0 })) last = delta;
   assert.deepEqual([last.prefix, last.complete], [true, false]);

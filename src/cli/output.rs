@@ -7,11 +7,14 @@ use super::input;
 use super::numbers::{count, grouped, significant};
 use super::replace::{self, Replacement};
 use anyhow::Context;
+use clap::ValueEnum;
 use std::fs;
 use std::io::{self, IsTerminal, Write};
 use std::path::{Path, PathBuf};
 use unweld::codec::grid::Real;
-use unweld::formats::{Format, GltfFiles, Precision, unwritten, write_glb, write_obj, write_ply, write_stl};
+use unweld::formats::{
+    Coordinates, Format, GltfFiles, Precision, unwritten, write_glb, write_obj, write_ply, write_stl,
+};
 use unweld::mesh::{IndexedMesh, Lattice};
 
 /// A place that can be written to.
@@ -164,13 +167,14 @@ pub fn would_be_lost(input: &str, output: &str) -> Usage {
 }
 
 /// A foreign mesh format to write.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum MeshFormat {
     Ply,
     Obj,
     Stl,
     Glb,
-    /// With its buffer and its images in files beside it.
+    /// With its buffer and its images in files beside it: by its name alone.
+    #[value(skip)]
     Gltf,
 }
 
@@ -274,6 +278,22 @@ impl MeshFormat {
             losses.push(format!("{name} has binary32 numbers: coordinates rounded by up to {by}{kept}"));
         }
         losses
+    }
+
+    /// Writes what became of a mesh in the type that its coordinates were read in.
+    ///
+    /// # Errors
+    /// Those of `out`.
+    pub fn write_as_read(
+        self,
+        mesh: &IndexedMesh,
+        coordinates: Coordinates,
+        out: &mut dyn Write,
+    ) -> io::Result<()> {
+        match coordinates {
+            Coordinates::Float32 => self.write_exact(mesh, Real::Binary32, out),
+            Coordinates::Float64 | Coordinates::Text => self.write(mesh, None, out),
+        }
     }
 
     /// Writes a mesh of which the coordinates are exact; a PLY file has them in the type that they are of, an OBJ file as

@@ -19,9 +19,8 @@ use reduction::Reduction;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
-use unweld::codec::grid::Real;
 use unweld::encoder::Joined;
-use unweld::formats::{Coordinates, SceneOptions, gltf_files};
+use unweld::formats::{SceneOptions, gltf_files};
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
 use unweld::mesh::topology::{Weld, condition};
 use unweld::mesh::{IndexedMesh, Lattice, lattice};
@@ -144,10 +143,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 gltf_files(&mesh, None, &SceneOptions::default(), stem)
             })?)
         }
-        _ => output.write(|out| match source.coordinates {
-            Coordinates::Float32 => format.write_exact(&mesh, Real::Binary32, out),
-            Coordinates::Float64 | Coordinates::Text => format.write(&mesh, None, out),
-        })?,
+        _ => output.write(|out| format.write_as_read(&mesh, source.coordinates, out))?,
     }
     if let (Some(file), Some(links)) = (parents, links) {
         file.write(|out| parents::write(&links, out))?;

@@ -9,7 +9,6 @@ use super::progress::Progress;
 use super::shown::Shown;
 use super::uwm::Uwm;
 use anyhow::Context;
-use clap::ValueEnum;
 use serde_json::json;
 use std::fs;
 use std::path::PathBuf;
@@ -29,7 +28,7 @@ pub struct Args {
     level: Option<u32>,
     /// What to write
     #[arg(long, value_enum, default_value = "ply")]
-    format: Written,
+    format: MeshFormat,
     /// Most memory to use, in bytes or with a suffix K, M, G
     #[arg(long, value_name = "M", value_parser = size, default_value = "4G")]
     max_memory: u64,
@@ -41,26 +40,12 @@ pub struct Args {
     quiet: bool,
 }
 
-/// A format of meshes.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Written {
-    Ply,
-    Obj,
-    Stl,
-    Glb,
-}
-
 /// Runs the command.
 ///
 /// # Errors
 /// Those of reading, decoding and writing; [`Usage`] where the file is no set.
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let format = match args.format {
-        Written::Ply => MeshFormat::Ply,
-        Written::Obj => MeshFormat::Obj,
-        Written::Stl => MeshFormat::Stl,
-        Written::Glb => MeshFormat::Glb,
-    };
+    let format = args.format;
     let mut uwm = Uwm::open(&args.input, args.max_memory)?;
     let Some(members) = uwm.members() else {
         let what = format!(

@@ -12,7 +12,6 @@ use crate::cli::output::{MeshFormat, Output, remark, say};
 use crate::cli::pack::{self, Packing};
 use crate::cli::progress::Progress;
 use anyhow::{Context, bail};
-use clap::ValueEnum;
 use serde_json::{Value, json};
 use std::fs;
 use std::path::PathBuf;
@@ -34,7 +33,7 @@ pub struct Args {
     goals: Goals,
     /// What to write to a folder
     #[arg(long, value_enum, default_value = "ply")]
-    format: Format,
+    format: MeshFormat,
     /// What the levels cannot keep of the input is an error, and nothing is written
     #[arg(long)]
     strict: bool,
@@ -76,15 +75,6 @@ struct Goals {
     /// Largest distance from the input that each level may have, separated by commas: lengths, or parts of the diagonal such as 0.5%
     #[arg(long, value_name = "E,...", value_delimiter = ',', value_parser = tolerance)]
     errors: Vec<Tolerance>,
-}
-
-/// A format of meshes.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-enum Format {
-    Ply,
-    Obj,
-    Stl,
-    Glb,
 }
 
 /// A level of detail.
@@ -203,12 +193,7 @@ fn chain(args: &Args, source: Source, progress: &mut Progress) -> anyhow::Result
 
 /// A file for each level.
 fn to_folder(args: &Args, levels: Vec<Made>, progress: Progress) -> anyhow::Result<()> {
-    let format = match args.format {
-        Format::Ply => MeshFormat::Ply,
-        Format::Obj => MeshFormat::Obj,
-        Format::Stl => MeshFormat::Stl,
-        Format::Glb => MeshFormat::Glb,
-    };
+    let format = args.format;
     fs::create_dir_all(&args.output).with_context(|| args.output.display().to_string())?;
     let outputs = (0..levels.len()).map(|j| {
         let path = args.output.join(format!("level-{j}.{}", format.extension()));
@@ -220,10 +205,7 @@ fn to_folder(args: &Args, levels: Vec<Made>, progress: Progress) -> anyhow::Resu
     let (mut text, mut files) = (String::new(), Vec::new());
     for (j, (made, output)) in levels.iter().zip(&outputs).enumerate() {
         let mesh = &made.source.mesh;
-        output.write(|out| match made.source.coordinates {
-            Coordinates::Float32 => format.write_exact(mesh, Real::Binary32, out),
-            Coordinates::Float64 | Coordinates::Text => format.write(mesh, None, out),
-        })?;
+        output.write(|out| format.write_as_read(mesh, made.source.coordinates, out))?;
         for loss in format.losses(mesh, None) {
             remark(args.quiet, &format!("{}: {loss}", output.name));
         }

@@ -2,7 +2,7 @@
 
 use super::reduction::{left_out, welded};
 use super::{Limit, Outcome};
-use crate::cli::args::{Point, Removal, above_zero, point, value_name};
+use crate::cli::args::{Point, Removal, above_zero, point};
 use crate::cli::failure::Usage;
 use crate::cli::numbers::{count, grouped};
 use crate::cli::progress::Progress;
@@ -27,9 +27,6 @@ pub struct Parallel {
     /// What keeps moves from each other's way: veto where not given
     #[arg(long, value_enum)]
     guard: Option<Guard>,
-    /// What computes; the mesh is the same: cpu where not given
-    #[arg(long, value_enum)]
-    device: Option<Device>,
     /// Threads: as many as there are processors where not given; the mesh is the same
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
@@ -73,17 +70,6 @@ enum Guard {
     Independent,
 }
 
-/// What computes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-enum Device {
-    /// A GPU, or else the processor
-    Auto,
-    /// The processor
-    Cpu,
-    /// A GPU
-    Gpu,
-}
-
 /// One view of the mesh.
 #[derive(Debug)]
 pub struct Frame {
@@ -103,7 +89,6 @@ impl Parallel {
             ("--spacing", self.spacing.is_some()),
             ("--rule", self.rule.is_some()),
             ("--guard", self.guard.is_some()),
-            ("--device", self.device.is_some()),
             ("--threads", self.threads.is_some()),
             ("--eye", self.eye.is_some()),
             ("--pixels", self.pixels.is_some()),
@@ -193,20 +178,18 @@ pub fn removed(
     if surface.triangles().is_empty() {
         bail!("no triangle is left: all are degenerate");
     }
-    let device = parallel.device.unwrap_or(Device::Cpu);
-    let mut remarks = Vec::new();
-    let processor = open(device, &surface, &mut remarks)?;
     let conditioning = start.elapsed().as_secs_f64();
     let mut frames = Vec::new();
     for (k, view) in views.iter().enumerate() {
         progress.update("simplify", k as u64, views.len() as u64);
         let start = Instant::now();
-        let simplified = processor.simplify(&surface, view.as_ref(), parallel.options())?;
+        let simplified = surface.simplify(view.as_ref(), parallel.options())?;
         let milliseconds = start.elapsed().as_secs_f64() * 1e3;
         let vertices = surface.mesh(&simplified.triangles).positions.len();
         frames.push(Frame { eye: view.map(|view| view.eye), simplified, vertices, milliseconds });
     }
     let last = frames.last().map(|frame| surface.mesh(&frame.simplified.triangles)).unwrap_or_default();
+    let mut remarks = Vec::new();
     let locked = surface.locked().iter().filter(|&&locked| locked).count();
     if locked > 0 {
         let stay = if locked == 1 { "stays" } else { "stay" };
@@ -266,35 +249,6 @@ pub fn object(frames: &[Frame]) -> Value {
         })
     };
     frames.iter().map(frame).collect()
-}
-
-/// Who does it.
-enum Processor {
-    Cpu,
-}
-
-impl Processor {
-    fn simplify(
-        &self,
-        surface: &Surface,
-        view: Option<&View>,
-        options: Options,
-    ) -> unweld::Result<Simplified> {
-        match self {
-            Self::Cpu => surface.simplify(view, options),
-        }
-    }
-}
-
-/// The device that is asked for, or a remark where it is another.
-fn open(device: Device, _surface: &Surface, remarks: &mut Vec<String>) -> anyhow::Result<Processor> {
-    let why = "this program was built without the feature gpu";
-    match device {
-        Device::Cpu => {}
-        Device::Auto => remarks.push(format!("the processor computes: {why}")),
-        Device::Gpu => return Err(Usage(format!("--device {}: {why}", value_name(&device))).into()),
-    }
-    Ok(Processor::Cpu)
 }
 
 /// An angle above 0 and below 180.

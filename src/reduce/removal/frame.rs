@@ -11,7 +11,7 @@ use crate::reduce::rings::Rings;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// The steps of an iteration, on whatever carries them out: results of one are results of all.
-pub trait Steps {
+trait Steps {
     /// Takes back the selection of those that the view would miss, then proposes where each candidate would go.
     ///
     /// # Errors
@@ -39,7 +39,7 @@ pub trait Steps {
 
 /// What is called off where the triangles round a vertex would be no sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Patience {
+enum Patience {
     /// The dearest of the moves there.
     Dearest,
     /// Each of them.
@@ -50,18 +50,18 @@ pub enum Patience {
 
 /// What came of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Settled {
+struct Settled {
     /// Vertices that move.
-    pub moving: usize,
+    moving: usize,
     /// Whether moves were called off, so that another round is needed.
-    pub is_disputed: bool,
+    is_disputed: bool,
 }
 
 /// Iterates until nothing goes any more, for a mesh of so many vertices; returns what happened.
 ///
 /// # Errors
 /// Those of the steps.
-pub fn iterate(steps: &mut impl Steps, vertices: usize) -> Result<Vec<Iteration>> {
+fn iterate(steps: &mut impl Steps, vertices: usize) -> Result<Vec<Iteration>> {
     let mut iterations = Vec::new();
     let mut left = vertices;
     while iterations.len() < MOST_ITERATIONS {

@@ -20,7 +20,6 @@ mod veto;
 mod view;
 mod workers;
 
-pub use frame::{Patience, Settled, Steps, iterate};
 pub use view::{Sight, View};
 
 use super::rings::Rings;

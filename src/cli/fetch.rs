@@ -1,13 +1,15 @@
 //! `unweld fetch`: a file from a server, or as much of it as is wanted.
 
 mod part;
+mod set;
 mod steps;
+mod told;
 
 use super::args::{is_stream, size};
 use super::decode;
 use super::describe::diagonal;
 use super::failure::{Usage, line};
-use super::numbers::{count, grouped, of_diagonal};
+use super::numbers::{count, grouped};
 use super::output::{MeshFormat, Output, remark};
 use super::progress::Progress;
 use super::quality::Quality;
@@ -16,25 +18,24 @@ use super::signals::stopped;
 use super::uwm::Uwm;
 use anyhow::{Context, anyhow, bail};
 use bytes::Bytes;
-use part::{Held, Part};
+use part::{Held, Part, Wish};
 use reqwest::Url;
 use reqwest::header::{AUTHORIZATION, HeaderMap, HeaderName, HeaderValue};
-use serde_json::json;
 use std::fs::{self, File};
 use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
-use steps::{Step, steps};
+use steps::steps;
+use told::{Got, Of, Told};
 use unweld::Error;
 use unweld::client::{
-    FIRST_BYTES, Fault, Http, HttpOptions, Piece, RangeSource, Transfer, Version, whole_file,
+    Begun, FIRST_BYTES, Fault, Http, HttpOptions, Piece, RangeSource, Transfer, Version, whole_file,
 };
 use unweld::container::{Contents, Plan, Want, plan, plan_from_keyframe};
 use unweld::decoder::Until;
 
-/// Fetch a .uwm file from an HTTP server, or as much of it as is wanted
+/// Fetch a .uwm file from an HTTP server, or as much of it as is wanted; of a set of meshes, as a mesh, the member that is wanted
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
@@ -83,17 +84,6 @@ struct Wanted {
     alone: bool,
 }
 
-/// What came.
-struct Got {
-    contents: Arc<Contents>,
-    plan: Plan,
-    steps: Vec<Step>,
-    version: Version,
-    received: u64,
-    requests: u64,
-    resumed: u64,
-}
-
 /// Runs the command.
 ///
 /// # Errors
@@ -129,7 +119,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let got = match (outcome, sink) {
         (Ok(got), Sink::Part(part)) => {
             match format {
-                None => part.finish(got.plan.end())?,
+                None => part.finish(got.end())?,
                 Some(format) => write_mesh(args, &got, part, format, &output)?,
             }
             got
@@ -157,7 +147,7 @@ async fn fetch(args: &Args, wanted: Wanted, output: &Output, sink: &mut Sink) ->
     let mut again = MAX_RESTARTS;
     loop {
         let held = match sink {
-            Sink::Part(part) => part.held(&address, |contents| wanted.plan(contents)),
+            Sink::Part(part) => part.held(&address, |uwm| wanted.of(uwm)),
             Sink::Stream(_) => None,
         };
         let tagless = held.as_ref().is_some_and(|held| held.version.tag.is_none());
@@ -201,42 +191,31 @@ async fn attempt(
     }
     let first = match args.quality {
         Quality { max_bytes: Some(most), .. } => most.clamp(1, FIRST_BYTES),
-        Quality { level: None, error: None, triangles: None, .. } if !wanted.keyframe => u64::MAX,
+        quality if quality.is_all() && !wanted.keyframe => u64::MAX,
         _ => FIRST_BYTES,
     };
+    let source = Begun::new(source, first).await?;
+    let mut told = Told { args, output, sink, address, resumed, progress: Progress::new(args.quiet) };
+    if source.is_set() {
+        return set::fetch(source, first, wanted, told).await;
+    }
     let mut transfer = Transfer::new(source, first, |contents: &Contents| wanted.plan(contents));
-    let mut progress = Progress::new(args.quiet);
     let Some(Piece::Head { contents, plan, bytes }) = transfer.next().await? else {
         bail!("there is no table of contents");
     };
-    let version = transfer.source().http.version().cloned().unwrap_or_default();
     let (steps, diagonal) = (steps(&contents, &plan), diagonal(&contents, None));
-    let talk = !args.quiet && !args.json;
-    if talk {
-        output.say(&head(&address, &contents))?;
-    }
-    if let (Sink::Part(part), 0) = (&mut *sink, resumed) {
-        part.begin(&address, &version)?;
-    }
-    sink.write(0, &bytes)?;
+    let version = transfer.source().source().version();
+    let line = head(&told.address, &contents);
+    told.begin(&bytes, &version, &line)?;
     let (mut done, total) = (bytes.len() as u64, plan.byte_count() + bytes.len() as u64);
     while let Some(piece) = transfer.next().await.map_err(|e| named(e, &contents))? {
         let Piece::Atom { index, bytes } = piece else { continue };
         let Some(atom) = contents.atoms.get(index) else { continue };
-        sink.write(atom.offset, &bytes)?;
         done += bytes.len() as u64;
-        progress.update("fetch", done, total);
-        if let Some(step) = steps.iter().find(|step| step.atoms.end == index + 1).filter(|_| talk) {
-            progress.aside(|| output.say(&step.line(diagonal)))?;
-        }
+        let step = steps.iter().find(|step| step.atoms.end == index + 1);
+        told.atom(atom.offset, &bytes, [done, total], step.map(|step| step.line(diagonal)))?;
     }
-    let http = &transfer.source().http;
-    let (received, requests) = (http.received(), http.requests());
-    let version = http.version().cloned().unwrap_or(version);
-    if let Sink::Stream(out) = sink {
-        out.flush()?;
-    }
-    Ok(Got { contents, plan, steps, version, received, requests, resumed })
+    told.end(Of::Mesh(contents, plan), steps, transfer.source().source())
 }
 
 impl Sink {
@@ -250,6 +229,19 @@ impl Sink {
 }
 
 impl Wanted {
+    /// Bytes of header and table of a file, and what is wanted of it.
+    fn of(&self, uwm: &Uwm) -> anyhow::Result<(u64, Vec<Wish>)> {
+        if let Some(set) = &uwm.set {
+            return set::wishes(&set.contents, self);
+        }
+        let contents = &uwm.contents;
+        let plan = self.plan(contents)?;
+        let wish =
+            |index| Wish { contents: contents.clone(), index, bytes: contents.bytes(index..index + 1) };
+        let wishes = plan.parts.iter().flat_map(|part| part.atoms.clone()).map(wish).collect();
+        Ok((contents.header.table_end(), wishes))
+    }
+
     fn plan(&self, contents: &Contents) -> unweld::Result<Plan> {
         let want = self.quality.want(contents, || diagonal(contents, None))?;
         let plan = match want {
@@ -293,6 +285,10 @@ impl Source {
         });
         Ok(Self { held: None, http })
     }
+
+    fn version(&self) -> Version {
+        self.http.version().cloned().unwrap_or_default()
+    }
 }
 
 impl RangeSource for Source {
@@ -314,62 +310,19 @@ impl RangeSource for Source {
     }
 }
 
-impl Got {
-    fn json(&self, args: &Args, output: &Output) -> serde_json::Value {
-        let Plan { level, complete, vertices, triangles, .. } = self.plan;
-        let reached = self.reached();
-        json!({
-            "url": shown(&args.url),
-            "output": output.name,
-            "etag": self.version.tag,
-            "file_bytes": self.contents.file_bytes(),
-            "bytes": self.plan.byte_count() + self.contents.header.table_end(),
-            "received_bytes": self.received,
-            "resumed_bytes": self.resumed,
-            "requests": self.requests,
-            "level": reached,
-            "complete": complete || level == reached,
-            "vertices": vertices,
-            "triangles": triangles,
-            "max_error": self.contents.level(reached).map(|level| level.max_error),
-            "steps": self.steps.iter().map(Step::json).collect::<Vec<_>>(),
-        })
-    }
-
-    /// The finest level that is complete.
-    fn reached(&self) -> u32 {
-        if self.plan.complete { self.plan.level } else { self.plan.level + 1 }
-    }
-
-    fn summary(&self, output: &Output, format: Option<MeshFormat>) -> String {
-        let (all, level) = (self.contents.file_bytes(), self.reached());
-        let bytes = self.plan.byte_count() + self.contents.header.table_end();
-        let base = self.contents.base_level();
-        let received =
-            format!("{} received in {}", count(self.received, "byte"), count(self.requests, "request"));
-        if format.is_some() {
-            return format!("  {received}\n");
-        }
-        let name = &output.name;
-        if bytes == all {
-            return format!("{name}: the whole file, {}; {received}\n", count(all, "byte"));
-        }
-        let error = self.contents.level(level).map_or(0.0, |level| level.max_error);
-        let error = of_diagonal(error, diagonal(&self.contents, None));
-        format!(
-            "{name}: {} of {} bytes, level {level} of {base}, error at most {error}; {received}\n  \
-             it is the beginning of a file, which decode, info and view take as it is\n",
-            grouped(bytes),
-            grouped(all),
-        )
-    }
-}
-
 fn write_mesh(args: &Args, got: &Got, part: Part, format: MeshFormat, output: &Output) -> anyhow::Result<()> {
     let mut uwm = Uwm::of_file(part.reader()?, &part.name, args.max_memory)?;
-    let until = Until { level: got.plan.level, ..Until::default() };
     let mut progress = Progress::new(args.quiet);
-    let decoder = uwm.decode(Some(&got.plan), until, &mut progress, &mut |_, _| Ok(()))?;
+    let decoder = match &got.of {
+        Of::Mesh(_, plan) => {
+            let until = Until { level: plan.level, ..Until::default() };
+            uwm.decode(Some(plan), until, &mut progress, &mut |_, _| Ok(()))?
+        }
+        Of::Set(members) => {
+            let level = uwm.enter(members.wanted(), &mut progress)?;
+            uwm.level(level, &mut progress)?
+        }
+    };
     drop(progress);
     let shown = Shown::new(&decoder, None, format, args.max_memory).with_context(|| part.name.clone())?;
     let remarks = shown.write(format, false, output, &[])?;
@@ -380,7 +333,10 @@ fn write_mesh(args: &Args, got: &Got, part: Part, format: MeshFormat, output: &O
     if args.quiet || args.json {
         return Ok(());
     }
-    let text = decode::reached(&mut uwm, &decoder)?;
+    let text = match &got.of {
+        Of::Mesh(..) => decode::reached(&mut uwm, &decoder)?,
+        Of::Set(members) => members.reached(),
+    };
     output.say(&format!(
         "{}: {}, {}\n  {text}\n",
         output.name,
@@ -489,6 +445,7 @@ EXAMPLES
   unweld fetch https://example.org/bunny.uwm -o early.uwm --max-bytes 20K
   unweld fetch https://example.org/bunny.uwm -o bunny.ply --error 0.5%   a mesh, of no more bytes than it takes
   unweld fetch https://example.org/bunny.uwm -o lod.obj --level 8 --via keyframe
+  unweld fetch https://example.org/lods.uwm -o lod.glb --member 2        of a set of meshes the bytes that this one takes
   unweld fetch http://localhost:8080/meshes/bunny.uwm -o - --token-file token | unweld info -
 
 What broke off is taken up again by the same command: OUT.part and OUT.part.json hold what came, and of which version.

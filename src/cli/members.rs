@@ -203,17 +203,7 @@ impl Uwm {
     /// As [`Uwm::enter`].
     pub fn enter_wanted(&mut self, quality: &Quality, progress: &mut Progress) -> anyhow::Result<()> {
         let Some(set) = &self.set else { return Ok(()) };
-        let want = match *quality {
-            Quality { level: Some(level), .. } => return self.enter(level, progress).map(drop),
-            Quality { triangles: Some(most), .. } => Want::Triangles(most),
-            Quality { error: Some(Bound { measure, most }), .. } => match most {
-                Tolerance::Absolute(most) => Want::Error(measure, most),
-                Tolerance::Percent(percent) => Want::Error(measure, percent / 100.0 * set.diagonal()),
-            },
-            Quality { max_bytes: Some(most), .. } => Want::Bytes(most),
-            _ => Want::All,
-        };
-        let number = set.contents.wanted(want);
+        let number = wanted(&set.contents, quality);
         self.enter(number, progress).map(drop)
     }
 
@@ -229,4 +219,19 @@ impl Uwm {
         let decoder = self.decode(Some(&plan), Until::default(), progress, &mut |_, _| Ok(()))?;
         Ok(decoder.mesh().positions.as_slice().into())
     }
+}
+
+/// The number of the member that is wanted; there may be none of this number.
+pub fn wanted(contents: &SetContents, quality: &Quality) -> u32 {
+    let diagonal = || contents.members[0].contents.header.diagonal();
+    contents.wanted(match *quality {
+        Quality { level: Some(level), .. } => return level,
+        Quality { triangles: Some(most), .. } => Want::Triangles(most),
+        Quality { error: Some(Bound { measure, most }), .. } => match most {
+            Tolerance::Absolute(most) => Want::Error(measure, most),
+            Tolerance::Percent(percent) => Want::Error(measure, percent / 100.0 * diagonal()),
+        },
+        Quality { max_bytes: Some(most), .. } => Want::Bytes(most),
+        _ => Want::All,
+    })
 }

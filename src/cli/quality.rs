@@ -9,7 +9,7 @@ use unweld::{Error, Result};
 #[group(multiple = false)]
 pub struct Quality {
     /// Level J, from 0, the finest, to the base's, which `info` tells; of a set, member J
-    #[arg(long, value_name = "J")]
+    #[arg(long, visible_alias = "member", value_name = "J")]
     pub level: Option<u32>,
     /// As fine as possible with at most N triangles, 0 or more; the base at least
     #[arg(long, visible_alias = "faces", value_name = "N")]
@@ -25,6 +25,11 @@ pub struct Quality {
 }
 
 impl Quality {
+    /// Whether everything is wanted.
+    pub fn is_all(&self) -> bool {
+        matches!(self, Self { level: None, triangles: None, error: None, max_bytes: None })
+    }
+
     /// What that is of a file; `diagonal` is asked for where an error is a part of it.
     ///
     /// # Errors

@@ -48,12 +48,16 @@
 //! Nothing runs but what is polled: to stop, drop the stream. The connection is closed with it. Nothing is read ahead of what has been
 //! decoded, so a slow taker slows the sender down.
 
+mod feed;
 mod http;
+mod members;
 mod refinement;
 mod source;
 mod transfer;
 
+pub use feed::Begun;
 pub use http::{Http, HttpOptions, Retry, Version};
+pub use members::{SetPiece, SetTransfer};
 pub use refinement::{Refinement, refine, refine_ranges};
 pub use source::{Fault, RangeSource};
 pub use transfer::{FIRST_BYTES, Piece, Transfer, whole_file};

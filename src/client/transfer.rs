@@ -5,9 +5,10 @@ use std::sync::Arc;
 
 use bytes::Bytes;
 
+use super::feed::Feed;
 use super::source::RangeSource;
 use crate::container::{Contents, Header, Parsed, Parser, Part, Plan, Want, plan};
-use crate::error::{FormatError, Result};
+use crate::error::Result;
 
 /// What [`Transfer::next`] brings.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,11 +36,8 @@ pub enum Piece {
 /// It holds at most the table of contents or one atom besides what the source holds.
 #[derive(Debug)]
 pub struct Transfer<S, P> {
-    source: S,
+    feed: Feed<S>,
     stage: Stage<P>,
-    /// What the source has given and no piece holds yet, and where it stands in the file.
-    rest: Bytes,
-    at: u64,
 }
 
 #[derive(Debug)]
@@ -64,12 +62,12 @@ where
     /// Brings what `planner` chooses once the table of contents is known. The first `first` bytes, often [`FIRST_BYTES`], are asked
     /// for at once; [`u64::MAX`] where all of the file is wanted anyway.
     pub fn new(source: S, first: u64, planner: P) -> Self {
-        Self { source, stage: Stage::Head(planner, first), rest: Bytes::new(), at: 0 }
+        Self { feed: Feed::new(source), stage: Stage::Head(planner, first) }
     }
 
     /// Where the bytes come from.
     pub fn source(&self) -> &S {
-        &self.source
+        self.feed.source()
     }
 
     /// The next piece; `None` behind the last.
@@ -83,7 +81,10 @@ where
             Stage::Head(planner, first) => self.head(planner, first).await.map(Some),
             Stage::Atoms { contents, mut parts, end } => {
                 let Some(part) = parts.first_mut() else {
-                    self.check_end(&contents, end).await?;
+                    // Where all of the file was wanted, it has nothing behind its last atom.
+                    if end == contents.file_bytes() {
+                        self.feed.check_end(end).await?;
+                    }
                     return Ok(None);
                 };
                 let (index, last) = (part.start, part.end);
@@ -105,7 +106,7 @@ where
         let mut missing = Header::SIZE;
         let contents = loop {
             let at = bytes.len() as u64;
-            let piece = self.take(at..first.max(at + missing as u64), missing).await?;
+            let piece = self.feed.take(at..first.max(at + missing as u64), missing).await?;
             if piece.is_empty() {
                 parser.finish()?;
             }
@@ -119,9 +120,7 @@ where
         };
         let plan = planner(&contents)?;
         let end = plan.parts.iter().map(|part| part.bytes.end).max().unwrap_or(0);
-        if let Some(length) = self.source.length().filter(|&length| length < end) {
-            return Err(cut_off(length, end).into());
-        }
+        self.feed.check_length(end)?;
         let parts = plan.parts.iter().map(|part| part.atoms.clone()).filter(|atoms| !atoms.is_empty());
         self.stage = Stage::Atoms { contents: contents.clone(), parts: parts.collect(), end };
         Ok(Piece::Head { contents, plan, bytes: bytes.into() })
@@ -130,52 +129,9 @@ where
     /// Atom `index`; those before `last` are to follow.
     async fn atom(&mut self, contents: &Contents, index: usize, last: usize) -> Result<Bytes> {
         let (atom, end) = (contents.bytes(index..index + 1), contents.bytes(index..last).end);
-        let length = usize::try_from(atom.end - atom.start).unwrap_or(usize::MAX);
-        let mut bytes = self.take(atom.start..end, length).await?;
-        if bytes.len() < length && !bytes.is_empty() {
-            let mut parts = Vec::from(bytes);
-            while parts.len() < length {
-                let piece = self.take(atom.start + parts.len() as u64..end, length - parts.len()).await?;
-                if piece.is_empty() {
-                    break;
-                }
-                parts.extend_from_slice(&piece);
-            }
-            bytes = parts.into();
-        }
-        if bytes.len() < length {
-            return Err(cut_off(atom.start + bytes.len() as u64, end).into());
-        }
+        let bytes = self.feed.all(atom, end).await?;
         contents.check(index, &bytes)?;
         Ok(bytes)
-    }
-
-    /// Up to `most` bytes of `range`, from its start on; what the source gives beyond them is kept.
-    async fn take(&mut self, range: Range<u64>, most: usize) -> Result<Bytes> {
-        if self.rest.is_empty() || self.at != range.start {
-            let length = usize::try_from(range.end - range.start).unwrap_or(usize::MAX);
-            self.rest = self.source.read(range.clone()).await?;
-            self.rest.truncate(length);
-            self.at = range.start;
-        }
-        let piece = self.rest.split_to(most.min(self.rest.len()));
-        self.at += piece.len() as u64;
-        Ok(piece)
-    }
-
-    /// Where all of the file was wanted, it has nothing behind its last atom.
-    async fn check_end(&mut self, contents: &Contents, end: u64) -> Result<()> {
-        if end < contents.file_bytes() {
-            return Ok(());
-        }
-        let more = match self.source.length() {
-            Some(length) => length.saturating_sub(end),
-            None => self.take(end..u64::MAX, usize::MAX).await?.len() as u64,
-        };
-        match more {
-            0 => Ok(()),
-            _ => Err(FormatError::new(end, "3.1", format!("{more} bytes behind the last atom")).into()),
-        }
     }
 }
 
@@ -188,8 +144,3 @@ pub fn whole_file(contents: &Contents) -> Plan {
 
 /// What is asked for before the table of contents tells what is needed: most tables fit, and with them the first levels.
 pub const FIRST_BYTES: u64 = 16 << 10;
-
-fn cut_off(at: u64, end: u64) -> FormatError {
-    let what = format!("the file is cut off: {} bytes are missing", end.saturating_sub(at));
-    FormatError::new(at, "3.1", what)
-}

@@ -96,6 +96,11 @@ impl SetContents {
         self.members.iter().map(|member| member.bytes.end).max().unwrap_or(0)
     }
 
+    /// Where header and table end and the first member begins.
+    pub fn head_end(&self) -> u64 {
+        Header::SIZE as u64 + u64::from(self.table_bytes)
+    }
+
     /// The numbers of the members in the order of the file.
     pub fn in_file_order(&self) -> Vec<u32> {
         let numbers = 0..self.members.len() as u32;
@@ -133,7 +138,7 @@ impl SetContents {
         let chain = self.chain(number);
         let length = |&j: &u32| self.members[j as usize].bytes.clone();
         let bytes: u64 = chain.iter().map(length).map(|run| run.end - run.start).sum();
-        Header::SIZE as u64 + u64::from(self.table_bytes) + bytes
+        self.head_end() + bytes
     }
 
     /// The largest of the errors of the members by a measure, in the units of the input.

@@ -8,7 +8,7 @@ use headers::{ETag, HeaderMapExt, IfMatch, IfModifiedSince, IfNoneMatch, IfUnmod
 use http_range_header::{EndPosition, StartPosition, parse_range_header};
 
 use super::library::Unreadable;
-use crate::container::{Contents, Measure, Want, plan};
+use crate::container::{Contents, Measure, SetContents, Want, plan};
 use crate::store::{Fault, Version, check_name};
 
 /// Why a request is not answered as it was meant.
@@ -52,6 +52,9 @@ impl From<Unreadable> for Refusal {
     fn from(unreadable: Unreadable) -> Self {
         match unreadable {
             Unreadable::Store(fault) => fault.into(),
+            Unreadable::Format(fault) if SetContents::is_fault_of_set(&fault) => {
+                Self::new(StatusCode::NOT_FOUND, OF_SET)
+            }
             Unreadable::Format(fault) => Self::new(StatusCode::INTERNAL_SERVER_ERROR, fault.to_string()),
         }
     }
@@ -376,6 +379,8 @@ const WANTS: [&str; 6] = ["to", "max_error", "rms_error", "max_bytes", "triangle
 pub const MAX_RANGES: usize = 16;
 /// Most entries of a list.
 const MAX_LIST_NAMES: usize = 1000;
+/// What a set has instead of levels.
+const OF_SET: &str = "this is a set of meshes: it has no refinement and no keyframes; its members are ranges of NAME.uwm, which NAME/levels tells";
 /// Most levels that a message names.
 const MANY: usize = 32;
 

@@ -10,6 +10,7 @@ use crate::store::Object;
 /// What a client wants to know of a set before it asks for members (spec §12.3).
 #[derive(Debug, Serialize)]
 struct Table {
+    kind: &'static str,
     name: String,
     version: String,
     bytes: u64,
@@ -19,8 +20,6 @@ struct Table {
     bits: u32,
     finest_first: bool,
     members: Vec<Row>,
-    /// So that clients that know nothing of sets leave it out of their lists.
-    error: &'static str,
 }
 
 #[derive(Debug, Serialize)]
@@ -66,6 +65,7 @@ pub async fn members(name: &str, object: &Object) -> Result<Vec<u8>, Unreadable>
     };
     let header = &set.members[0].contents.header;
     let table = Table {
+        kind: "set",
         name: name.to_owned(),
         version: object.version.tag.clone(),
         bytes: object.version.bytes,
@@ -75,7 +75,6 @@ pub async fn members(name: &str, object: &Object) -> Result<Vec<u8>, Unreadable>
         bits: header.lattice.bits,
         finest_first: set.finest_first,
         members: (0..set.members.len() as u32).rev().filter_map(row).collect(),
-        error: SetContents::NO_MESH,
     };
     Ok(serde_json::to_vec(&table).unwrap_or_default())
 }

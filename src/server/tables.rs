@@ -8,6 +8,7 @@ use crate::store::Version;
 /// What a client wants to know of a version before it asks for atoms (spec §12.3).
 #[derive(Debug, Serialize)]
 pub struct Table {
+    kind: &'static str,
     name: String,
     version: String,
     bytes: u64,
@@ -97,6 +98,7 @@ impl Table {
             bytes.end - bytes.start
         };
         Self {
+            kind: "mesh",
             name,
             version: version.tag.clone(),
             bytes: version.bytes,

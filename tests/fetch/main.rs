@@ -5,6 +5,7 @@ mod command;
 mod connections;
 mod nginx;
 mod script;
+mod sets;
 mod streams;
 
 use std::sync::Arc;

@@ -1,8 +1,10 @@
 //! The description of the interface holds: every route, query, status and member of an answer in it is there, and no other.
 
+use super::sets::set;
 use super::{Answer, Served, folder_with, mesh};
 use serde_json::Value;
 use std::collections::BTreeSet;
+use unweld::mesh::shapes;
 
 #[test]
 fn the_description_holds() {
@@ -76,6 +78,19 @@ fn the_description_holds() {
         tried += 1;
     }
     assert!(tried >= 20, "{tried}");
+    std::fs::write(folder.path().join("lods.uwm"), set(&shapes::bumpy_sphere(2, 1))).unwrap();
+    let paths = &description["paths"];
+    let cases = [
+        ("/meshes", "/meshes", 200),
+        ("/meshes/{name}/levels", "/meshes/lods/levels", 200),
+        ("/meshes/{name}/refine", "/meshes/lods/refine", 404),
+        ("/meshes/{name}/keyframe/{level}", "/meshes/lods/keyframe/0", 404),
+    ];
+    for (path, route, status) in cases {
+        let answer = served.get(route);
+        assert_eq!(answer.status, status, "{route}");
+        conforms(&description, path, &paths[path]["get"], &answer);
+    }
 }
 
 /// Whether status, media type, headers and body of an answer are as they are told.
@@ -118,7 +133,11 @@ fn agrees(description: &Value, schema: &Value, value: &Value, place: &str) {
             let required = resolve(description, choice)["required"].as_array().unwrap();
             required.iter().all(|name| value.get(name.as_str().unwrap()).is_some())
         };
-        let fitting: Vec<&Value> = choices.iter().filter(fits).collect();
+        let kind = |choice: &&Value| {
+            let kind = &resolve(description, choice)["properties"]["kind"]["enum"][0];
+            kind.is_null() || *kind == value["kind"]
+        };
+        let fitting: Vec<&Value> = choices.iter().filter(fits).filter(kind).collect();
         assert_eq!(fitting.len(), 1, "{place}");
         return agrees(description, fitting[0], value, place);
     }

@@ -2,19 +2,24 @@
 
 use super::{Served, folder_with};
 use std::sync::Arc;
-use unweld::container::SetContents;
 use unweld::decoder::{Decoder, Options};
 use unweld::encoder::{self, SetInput, SetOrder, Source, encode_set};
 use unweld::mesh::{IndexedMesh, shapes};
 
+/// A mesh and 100 of its triangles, these first.
+pub fn set(fine: &IndexedMesh) -> Vec<u8> {
+    let coarse = IndexedMesh::new(fine.positions.clone(), fine.triangles[..100].to_vec());
+    let input = |mesh: &IndexedMesh| SetInput { mesh: mesh.clone(), source: Source::default(), exact: None };
+    let (inputs, options) = ([input(fine), input(&coarse)], encoder::Options::default());
+    let mut file = Vec::new();
+    encode_set(&inputs, SetOrder::Stream, &options, &mut |_, _| true, &mut file).unwrap();
+    file
+}
+
 #[test]
 fn a_client_comes_to_a_member_by_the_table() {
     let fine = shapes::bumpy_sphere(2, 1);
-    let coarse = IndexedMesh::new(fine.positions.clone(), fine.triangles[..100].to_vec());
-    let input = |mesh: &IndexedMesh| SetInput { mesh: mesh.clone(), source: Source::default(), exact: None };
-    let (inputs, options) = ([input(&fine), input(&coarse)], encoder::Options::default());
-    let mut file = Vec::new();
-    encode_set(&inputs, SetOrder::Stream, &options, &mut |_, _| true, &mut file).unwrap();
+    let file = set(&fine);
     let folder = folder_with("lods.uwm", &file);
     let served = Served::folder(folder.path());
     let told = served.get("/meshes/lods/levels").json();
@@ -31,9 +36,16 @@ fn a_client_comes_to_a_member_by_the_table() {
     );
     assert_eq!(served.get("/meshes/lods.uwm").body, file);
     let list = served.get("/meshes").json();
-    assert_eq!(list["meshes"][0]["error"], SetContents::NO_MESH);
-    assert_eq!(list["meshes"][0]["members"].as_array().unwrap().len(), 2);
-    served.get("/meshes/lods/refine").refuses(500, "");
+    assert_eq!(list["meshes"][0], told);
+    assert_eq!(told["kind"], "set");
+    for route in ["refine", "refine?to=1", "keyframe/0", "keyframe/1"] {
+        let answer = served.get(&format!("/meshes/lods/{route}"));
+        answer.refuses(404, "");
+        assert_eq!(
+            answer.json()["detail"],
+            "this is a set of meshes: it has no refinement and no keyframes; its members are ranges of NAME.uwm, which NAME/levels tells"
+        );
+    }
 
     // As a client would.
     let set = unweld::container::parse_set(&file).unwrap().unwrap();

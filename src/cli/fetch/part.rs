@@ -2,6 +2,7 @@
 
 use super::super::output::Output;
 use super::super::replace::{self, Replacement, keep_access};
+use super::super::uwm::Uwm;
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use std::fs::{self, File};
@@ -10,7 +11,7 @@ use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use unweld::client::Version;
-use unweld::container::{Contents, Plan};
+use unweld::container::Contents;
 
 /// A file that is to become another one once all of it is there.
 pub struct Part {
@@ -21,7 +22,17 @@ pub struct Part {
     pub name: String,
 }
 
-/// What a part has of a plan.
+/// An atom that is wanted.
+pub struct Wish {
+    /// Of the mesh that it is of.
+    pub contents: Arc<Contents>,
+    /// Its place there.
+    pub index: usize,
+    /// Where it stands in the file.
+    pub bytes: Range<u64>,
+}
+
+/// What a part has of what is wanted.
 pub struct Held {
     /// Of which version it is.
     pub version: Version,
@@ -71,12 +82,12 @@ impl Part {
         Ok(self.file.metadata().with_context(|| self.name.clone())?.len())
     }
 
-    /// What it has of what `planner` wants of the file at `address`. The last atom is left out: it is asked for again, to hear whether
-    /// the version is still there.
+    /// What it has of what is wanted of the file at `address`: bytes of header and table, and the atoms in the order in which they come, which `wanted`
+    /// tells. The last atom is left out: it is asked for again, to hear whether the version is still there.
     pub fn held(
         &mut self,
         address: &str,
-        planner: impl FnOnce(&Contents) -> unweld::Result<Plan>,
+        wanted: impl FnOnce(&Uwm) -> anyhow::Result<(u64, Vec<Wish>)>,
     ) -> Option<Held> {
         let note = self.note()?;
         let text = |name: &str| note[name].as_str().map(str::to_owned);
@@ -84,25 +95,24 @@ impl Part {
             return None;
         }
         let version = Version { tag: text("tag"), modified: text("modified"), bytes: note["bytes"].as_u64() };
-        let contents = super::super::uwm::Uwm::of_file(self.reader().ok()?, &self.name, 0).ok()?.contents;
-        let plan = planner(&contents).ok()?;
-        let mut sound: Vec<Range<u64>> = std::iter::once(0..contents.header.table_end()).collect();
+        let uwm = Uwm::of_file(self.reader().ok()?, &self.name, 0).ok()?;
+        let (head, wishes) = wanted(&uwm).ok()?;
+        let mut sound: Vec<Range<u64>> = std::iter::once(0..head).collect();
         let mut last = None;
-        for index in plan.parts.iter().flat_map(|part| part.atoms.clone()) {
-            if self.read_atom(&contents, index).is_none() {
+        for wish in wishes {
+            if self.read_atom(&wish).is_none() {
                 break;
             }
-            sound.extend(last.replace(contents.bytes(index..index + 1)));
+            sound.extend(last.replace(wish.bytes));
         }
         Some(Held { version, sound: joined(sound) })
     }
 
-    fn read_atom(&mut self, contents: &Arc<Contents>, index: usize) -> Option<()> {
-        let atom = contents.atoms.get(index)?;
-        let mut bytes = vec![0; atom.length as usize];
-        self.file.seek(SeekFrom::Start(atom.offset)).ok()?;
+    fn read_atom(&mut self, wish: &Wish) -> Option<()> {
+        let mut bytes = vec![0; usize::try_from(wish.bytes.end - wish.bytes.start).ok()?];
+        self.file.seek(SeekFrom::Start(wish.bytes.start)).ok()?;
         self.file.read_exact(&mut bytes).ok()?;
-        contents.check(index, &bytes).ok()
+        wish.contents.check(wish.index, &bytes).ok()
     }
 
     /// Writes down of which version its bytes will be.

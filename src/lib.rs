@@ -74,7 +74,7 @@
 //! ```
 //!
 //! # Features
-//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL, OFF and glTF; `draco`: glTF that Draco has compressed; `images`: previews of the images of scenes; `client`: meshes from readers and servers, as streams; `server`: the server, `cloud`: its object stores; `cli`
+//! `encode`: simplifier and encoder; `formats`: PLY, OBJ, STL, OFF and glTF; `draco`: glTF that Draco has compressed; `images`: previews of the images of scenes; `client`: meshes from readers and servers, as streams; `server`: the server, `cloud`: its object stores; `gpu`: the parallel removal on a GPU; `cli`
 //! (default): the command line; `wasm`: what a browser needs, for the module that `web/wasm` makes; `fuzzing`: the bodies of the fuzz targets; `peers`: what the benchmark
 //! `examples/table` compares with. Without any of them the crate is the decoder.
 
@@ -94,6 +94,8 @@ pub mod error;
 pub mod formats;
 #[cfg(any(test, feature = "fuzzing"))]
 pub mod fuzzing;
+#[cfg(feature = "gpu")]
+pub mod gpu;
 pub mod limits;
 pub mod mesh;
 #[cfg(feature = "encode")]

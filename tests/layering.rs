@@ -10,6 +10,7 @@ const ROOMS: &[(&str, &[&str])] = &[
     ("refine", &["mesh"]),
     ("simplify", &["refine", "mesh"]),
     ("reduce", &["mesh"]),
+    ("gpu", &["reduce", "mesh"]),
     ("entropy", &[]),
     ("codec", &["refine", "mesh", "entropy"]),
     ("container", &["entropy::varint", "mesh::attributes", "mesh::lattice", "mesh::Lattice"]),

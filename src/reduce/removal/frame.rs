@@ -11,12 +11,12 @@ use crate::reduce::rings::Rings;
 use std::sync::atomic::{AtomicBool, Ordering::Relaxed};
 
 /// The steps of an iteration, on whatever carries them out: results of one are results of all.
-trait Steps {
+pub(crate) trait Steps {
     /// Takes back the selection of those that the view would miss, then proposes where each candidate would go.
     ///
     /// # Errors
     /// Those of the device.
-    fn propose(&mut self) -> Result<Iteration>;
+    fn propose(&mut self, iteration: u32) -> Result<Iteration>;
 
     /// Calls off moves that do not go together.
     ///
@@ -39,7 +39,7 @@ trait Steps {
 
 /// What is called off where the triangles round a vertex would be no sheet.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Patience {
+pub(crate) enum Patience {
     /// The dearest of the moves there.
     Dearest,
     /// Each of them.
@@ -50,23 +50,23 @@ enum Patience {
 
 /// What came of a round.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Settled {
+pub(crate) struct Settled {
     /// Vertices that move.
-    moving: usize,
+    pub(crate) moving: usize,
     /// Whether moves were called off, so that another round is needed.
-    is_disputed: bool,
+    pub(crate) is_disputed: bool,
 }
 
 /// Iterates until nothing goes any more, for a mesh of so many vertices; returns what happened.
 ///
 /// # Errors
 /// Those of the steps.
-fn iterate(steps: &mut impl Steps, vertices: usize) -> Result<Vec<Iteration>> {
+pub(crate) fn iterate(steps: &mut impl Steps, vertices: usize) -> Result<Vec<Iteration>> {
     let mut iterations = Vec::new();
     let mut left = vertices;
     while iterations.len() < MOST_ITERATIONS {
         let number = iterations.len() as u32;
-        let mut iteration = steps.propose()?;
+        let mut iteration = steps.propose(number)?;
         if iteration.candidates == 0 {
             break;
         }
@@ -182,7 +182,7 @@ impl Frame<'_> {
 }
 
 impl Steps for Frame<'_> {
-    fn propose(&mut self) -> Result<Iteration> {
+    fn propose(&mut self, _iteration: u32) -> Result<Iteration> {
         self.classify();
         let Options { rule, guard, .. } = self.options;
         let [mut near, mut candidates] = [&mut self.near, &mut self.candidates].map(std::mem::take);

@@ -20,6 +20,8 @@ mod veto;
 mod view;
 mod workers;
 
+#[cfg(feature = "gpu")]
+pub(crate) use frame::{Patience, Settled, Steps, iterate};
 pub use view::{Sight, View};
 
 use super::rings::Rings;
@@ -184,6 +186,12 @@ impl Surface {
     /// Its triangles.
     pub fn triangles(&self) -> &[[u32; 3]] {
         &self.triangles
+    }
+
+    /// For each vertex where its triangles begin, and for the last one where they end; then the triangles round each.
+    #[cfg(feature = "gpu")]
+    pub(crate) fn rings(&self) -> (&[u32], &[u32]) {
+        (&self.rings.starts, &self.rings.triangles)
     }
 
     /// Its vertices on the lattice on which all is decided, of 20 bits a coordinate.

@@ -69,6 +69,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         dropped: vec![],
         remarks: vec![],
         scene: None,
+        texels: Default::default(),
     };
     let mesh = Shown { original: &ply, uwm: output("demo.uwm")?, picture: output("demo.png")? };
     let options = Options { keyframes: Keyframes::Levels(KEYFRAMES.to_vec()), ..Options::default() };

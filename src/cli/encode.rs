@@ -388,7 +388,7 @@ fn options(args: &Args, kept: Kept, source: &formats::Source) -> Options {
         keyframes: args.keyframes.clone(),
         preview: args.preview.of_library(),
         lifting: args.lifting,
-        attribute_bits: if is_scene { scene::bits(&source.mesh, bits) } else { bits },
+        attribute_bits: if is_scene { scene::bits(&source.mesh, &source.texels, bits) } else { bits },
         attribute_births: if is_scene { scene::births(births) } else { births },
         attribute_weights: args.attributes.weights(&source.mesh),
         lock_boundary: args.simplification.removal.lock_boundary,

@@ -11,8 +11,9 @@ use std::io::Read;
 use std::path::Path;
 use unweld::Error;
 use unweld::codec::grid::Real;
-use unweld::container::MAGIC;
+use unweld::container::{AttributeEntry, MAGIC};
 use unweld::formats::{self, Coordinates, Format, INFLATED_BYTES, ReadOptions, Source};
+use unweld::mesh::attributes::{Quantisation, Semantic};
 use unweld::mesh::{Lattice, Paint};
 
 /// What a file holds.
@@ -121,6 +122,8 @@ impl Mesh {
             dropped,
             remarks: vec![],
             scene,
+            // As fine as they are, so that they are again.
+            texels: uwm.contents.attributes.iter().filter_map(step_of_texture_coordinates).collect(),
         };
         let contents = &uwm.contents;
         let parts = [
@@ -136,6 +139,16 @@ impl Mesh {
         let lattice = real.is_none().then_some(contents.header.lattice);
         let ordered = level == 0 && decoder.order().is_some();
         Ok(Self { source, level: Some(Level { exact: real.is_some(), ordered, lattice, lost }) })
+    }
+}
+
+/// The step of the lattice that texture coordinates stand on, by their set.
+fn step_of_texture_coordinates(entry: &AttributeEntry) -> Option<(u32, f64)> {
+    match entry.quantisation {
+        Quantisation::Lattice { step, .. } if entry.semantic == Semantic::TexCoord && step > 0.0 => {
+            Some((entry.set, step))
+        }
+        _ => None,
     }
 }
 

@@ -2,6 +2,7 @@
 
 use super::numbers::{count, memory};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeMap;
 use unweld::container::ResourceKind;
 use unweld::encoder::{AttributeBirth, Place, Resource};
 use unweld::formats::{Role, Scene};
@@ -30,17 +31,17 @@ pub fn births(said: Vec<(String, AttributeBirth)>) -> Vec<(String, AttributeBirt
 }
 
 /// Bits of texture coordinates of a scene's mesh beside what is `said`: as many as each part would have by itself where it is not less than a
-/// whole picture that it shows. For one part may have a picture many times over, and another one only once.
-pub fn bits(mesh: &IndexedMesh, said: Vec<(String, u32)>) -> Vec<(String, u32)> {
+/// whole picture that it shows, for one part may have a picture many times over, and another one only once; and so many that a step of
+/// their lattice is no longer than a texel of the finest picture, told by set, for half of that is how far off a picture may be.
+pub fn bits(mesh: &IndexedMesh, texels: &BTreeMap<u32, f64>, said: Vec<(String, u32)>) -> Vec<(String, u32)> {
     let parts = mesh.attributes.iter().find(|attribute| attribute.semantic == Semantic::Part);
     let is_uv = |a: &&Attribute| {
         (a.semantic, a.domain) == (Semantic::TexCoord, Domain::Corner) && a.values.stored().is_float()
     };
-    let wanted = mesh
-        .attributes
-        .iter()
-        .filter(is_uv)
-        .filter_map(|uv| Some((uv.title(), wanted_bits(mesh, uv, parts?)?)));
+    let wanted =
+        mesh.attributes.iter().filter(is_uv).filter_map(|uv| {
+            Some((uv.title(), wanted_bits(mesh, uv, parts?, texels.get(&uv.set).copied())?))
+        });
     let mut all: Vec<(String, u32)> = wanted.filter(|(_, bits)| *bits > UV_BITS).collect();
     // Of several the last counts.
     all.retain(|(title, _)| said.iter().all(|(name, _)| name != Semantic::TexCoord.name() && name != title));
@@ -49,7 +50,7 @@ pub fn bits(mesh: &IndexedMesh, said: Vec<(String, u32)>) -> Vec<(String, u32)> 
 }
 
 /// The bits that texture coordinates want, so that all parts have enough.
-fn wanted_bits(mesh: &IndexedMesh, uv: &Attribute, parts: &Attribute) -> Option<u32> {
+fn wanted_bits(mesh: &IndexedMesh, uv: &Attribute, parts: &Attribute, texel: Option<f64>) -> Option<u32> {
     let none = [f64::INFINITY, f64::NEG_INFINITY];
     let mut of_parts = vec![vec![none; uv.components]; parts.count()];
     for t in 0..mesh.triangles.len() {
@@ -69,7 +70,9 @@ fn wanted_bits(mesh: &IndexedMesh, uv: &Attribute, parts: &Attribute) -> Option<
         of_parts.iter().map(|of| of[k]).fold(none, |[a, b], [least, most]| [a.min(least), b.max(most)])
     };
     let whole = range(&(0..uv.components).map(whole).collect::<Vec<_>>());
-    let further = (whole / (least * NEARLY)).log2().ceil();
+    let of_parts = whole / (least * NEARLY);
+    let of_texels = texel.map_or(0.0, |texel| whole / (texel * f64::from(1 << UV_BITS) * NEARLY));
+    let further = of_parts.max(of_texels).log2().ceil();
     further.is_finite().then(|| UV_BITS + further.clamp(0.0, 8.0) as u32)
 }
 
@@ -137,7 +140,7 @@ pub const LISTS: [(&str, &str); 8] = [
 ];
 /// Bits of texture coordinates where nothing is said.
 const UV_BITS: u32 = 12;
-/// By how much steps may be longer.
+/// By how much steps may be longer than is wanted.
 const NEARLY: f64 = 1.5;
 
 #[cfg(test)]
@@ -155,13 +158,18 @@ mod tests {
             mesh.attributes.push(Attribute::new(Semantic::TexCoord, 2, Values::F32(uv), corners));
             mesh
         };
-        let told = |ranges: &[f32]| bits(&of(ranges), vec![]).first().map(|(_, bits)| *bits);
+        let told =
+            |ranges: &[f32]| bits(&of(ranges), &BTreeMap::new(), vec![]).first().map(|(_, bits)| *bits);
         assert_eq!((told(&[1.0]), told(&[40.0]), told(&[1.2, 0.1])), (None, None, None));
         // A step of a tile's 4,096th, or nearly: 2^5 times 1.5 is more than 40.
         assert_eq!(
             (told(&[40.0, 0.5]), told(&[40.0, 20.0]), told(&[1e6, 1.0])),
             (Some(17), Some(13), Some(20))
         );
-        assert_eq!(bits(&of(&[40.0, 0.5]), vec![("uv".into(), 9)]), [("uv".to_owned(), 9)]);
+        // A picture of 8,192 pixels, one of 4,096, one of 256 that lies there thirty times.
+        let laid = |pixels: f64| bits(&of(&[1.0]), &BTreeMap::from([(0, 1.0 / pixels)]), vec![]);
+        assert_eq!(laid(8192.0), [("uv".to_owned(), 13)]);
+        assert_eq!((laid(4096.0), laid(30.0 * 256.0)), (vec![], laid(8192.0)));
+        assert_eq!(bits(&of(&[40.0, 0.5]), &BTreeMap::new(), vec![("uv".into(), 9)]), [("uv".to_owned(), 9)]);
     }
 }

@@ -11,6 +11,7 @@
 //! 1.0 GB, binary32 alone, errors without a line), OFF 2.5, binary STL 1.2 (0.9 GB; stl_io 0.11: 3.7, welded, errors without
 //! a place), text STL 8.0 (1.9 GB; stl_io: 25). off-rs 2.0 takes indices out of range and coordinates that are no numbers.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, InputError, Place, Result};
@@ -150,6 +151,9 @@ pub struct Source {
     pub remarks: Vec<String>,
     /// What the file is beside its mesh, where it is a scene and was read as one ([`ReadOptions::scenes`]).
     pub scene: Option<Scene>,
+    /// For sets of texture coordinates, how far apart, in these coordinates, the texels are of the finest picture that a scene lays on
+    /// triangles by them, as far as its images are there and tell their pixels.
+    pub texels: BTreeMap<u32, f64>,
 }
 
 /// How to read a mesh.
@@ -460,7 +464,7 @@ mod tests {
                 let source = read_bytes(&bytes, None, "").unwrap();
                 prop_assert_eq!(
                     source,
-                    Source { mesh: mesh.clone(), format, polygons: 0, coordinates, text, dropped: vec![], remarks: vec![], scene: None }
+                    Source { mesh: mesh.clone(), format, polygons: 0, coordinates, text, dropped: vec![], remarks: vec![], scene: None, texels: BTreeMap::new() }
                 );
             }
         }

@@ -14,6 +14,8 @@
 
 use byteorder::BigEndian;
 
+use std::collections::BTreeMap;
+
 use crate::error::Result;
 
 use super::fan::{Faces, Fans};
@@ -286,6 +288,7 @@ impl Body {
             dropped: self.dropped,
             remarks: vec![],
             scene: None,
+            texels: BTreeMap::new(),
         }
     }
 }

@@ -165,6 +165,7 @@ fn the_densest_surface_counts() {
     let slot = "/materials/0/pbrMetallicRoughness/baseColorTexture";
     gltf.json.pointer_mut(slot).unwrap()["extensions"] = json!({"KHR_texture_transform": {"scale": [8, 2]}});
     near(from(&gltf), plain);
+    assert_eq!(Vec::from_iter(read(&gltf).0.texels), [(0, 1.0 / (8.0 * 128.0))]);
     gltf.json.pointer_mut(slot).unwrap()["texCoord"] = json!(1);
     assert_eq!(from(&gltf), 0.0, "there is no such set");
 }

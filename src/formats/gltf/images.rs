@@ -79,13 +79,21 @@ pub(super) fn of(
     }
     let mut left = previews::ALL_PIXELS;
     for image in &mut images {
-        let of = image.numbers.iter().map(|&number| texels[number]);
+        let of = image.numbers.iter().map(|&number| &texels[number]);
         let has_alpha = of.clone().any(|of| of.has_alpha);
-        let lengths = of.map(|of| of.length).filter(|&length| length > 0.0);
+        let lengths = of.clone().map(|of| of.length).filter(|&length| length > 0.0);
         let length = lengths.reduce(f64::min).unwrap_or(0.0);
         match previews::look(&image.bytes, has_alpha, &mut left) {
             Ok(picture) => image.picture = picture,
             Err(why) => notes.remarks.push(format!("image {} has no preview: {why}", image.numbers[0])),
+        }
+        let size = image.picture.pixels.map(f64::from);
+        for (set, scale) in of.flat_map(|of| &of.sets) {
+            let pixels = f64::max(scale[0] * size[0], scale[1] * size[1]);
+            if pixels > 0.0 && pixels.is_finite() {
+                let least = notes.texels.entry(*set).or_insert(f64::INFINITY);
+                *least = least.min(1.0 / pixels);
+            }
         }
         image.place(length);
     }

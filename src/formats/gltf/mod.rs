@@ -50,6 +50,8 @@ mod uri;
 mod weights;
 mod write;
 
+use std::collections::BTreeMap;
+
 use self::document::Document;
 use self::flatten::Flattened;
 use self::layout::Layout;
@@ -121,16 +123,18 @@ fn kept(document: &Document<'_>, scene: &Scene, mut notes: Notes) -> Result<Sour
     let Layout { mesh, parts, left_out } = layout::lay_out(document, scene, &mut notes)?;
     let carried = carried::carry(document, &mesh, &parts, &mut notes)?;
     let remarks = std::mem::take(&mut notes.remarks);
+    let texels = std::mem::take(&mut notes.texels);
     let mut dropped = notes.of_scene();
     dropped.extend(left_out);
-    Ok(Source { remarks, scene: Some(carried), ..source(mesh, dropped) })
+    Ok(Source { remarks, scene: Some(carried), texels, ..source(mesh, dropped) })
 }
 
 fn source(mesh: IndexedMesh, dropped: Vec<String>) -> Source {
     let is_binary32 = mesh.positions.as_flattened().iter().all(|&x| f64::from(x as f32) == x);
     let coordinates = if is_binary32 { Coordinates::Float32 } else { Coordinates::Float64 };
     let (polygons, text, remarks, scene) = (0, false, vec![], None);
-    Source { mesh, format: Format::Gltf, polygons, coordinates, text, dropped, remarks, scene }
+    let texels = BTreeMap::new();
+    Source { mesh, format: Format::Gltf, polygons, coordinates, text, dropped, remarks, scene, texels }
 }
 
 /// See [`unwritten`](super::unwritten).

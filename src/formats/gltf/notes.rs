@@ -29,6 +29,8 @@ pub(super) struct Notes {
     pub lost_images: Vec<String>,
     /// What is no loss, in words.
     pub remarks: Vec<String>,
+    /// As [`Source::texels`](crate::formats::Source::texels).
+    pub texels: BTreeMap<u32, f64>,
     /// Attributes whose type or number of components is another one now, in words.
     pub retyped: Vec<String>,
 }

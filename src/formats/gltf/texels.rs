@@ -12,13 +12,15 @@ use crate::mesh::IndexedMesh;
 use crate::mesh::attributes::{Attribute, Domain, Semantic};
 
 /// A picture on a surface.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Texels {
     /// The least length, in units of the mesh, of what a part has along which the whole picture lies, the middle of both its directions: 0
     /// where nothing tells. That over its width or height is how far apart its texels are.
     pub length: f64,
     /// Whether somebody looks at its alpha.
     pub has_alpha: bool,
+    /// The sets of texture coordinates that lay it on triangles, and by how much their two directions are scaled.
+    pub sets: Vec<(u32, [f64; 2])>,
 }
 
 /// What there is to say of each image of a document.
@@ -45,8 +47,12 @@ pub(super) fn of_images(document: &Document<'_>, mesh: &IndexedMesh, parts: &Par
                     continue;
                 }
                 for look in &looked[&material_number] {
-                    let length = areas.length(part.number, look.set) / look.scale;
+                    let [x, y] = look.scale;
+                    let length = areas.length(part.number, look.set) / (x * y).sqrt();
                     for &image in &look.images {
+                        if !images[image].sets.contains(&(look.set, look.scale)) {
+                            images[image].sets.push((look.set, look.scale));
+                        }
                         let known = &mut images[image].length;
                         if length > 0.0 && length.is_finite() && (*known == 0.0 || length < *known) {
                             *known = length;
@@ -84,8 +90,8 @@ struct Look {
     images: Vec<usize>,
     /// The set of texture coordinates.
     set: u32,
-    /// By how much texture coordinates are scaled, the middle of both directions.
-    scale: f64,
+    /// By how much texture coordinates are scaled, neither of both below 0.
+    scale: [f64; 2],
     has_alpha: bool,
 }
 
@@ -124,7 +130,7 @@ fn look(document: &Document<'_>, info: &At<'_>, has_alpha: bool) -> Result<Look>
     }
     let transform = info.extension("KHR_texture_transform");
     let scale = transform.as_ref().map(|transform| transform.numbers::<2>("scale")).transpose()?.flatten();
-    let scale = scale.map_or(1.0, |[x, y]| (x * y).abs().sqrt());
+    let scale = scale.unwrap_or([1.0; 2]).map(f64::abs);
     let set = transform.as_ref().map(|transform| transform.count("texCoord")).transpose()?.flatten();
     let set = set.or(info.count("texCoord")?).unwrap_or(0);
     Ok(Look { images, set: u32::try_from(set).unwrap_or(u32::MAX), scale, has_alpha })

@@ -10,7 +10,7 @@ pub struct Drawn {
     /// The mesh; of a scene all that is shown, where it is.
     pub mesh: IndexedMesh,
     /// `None` for its shape alone.
-    paint: Option<Paint>,
+    pub paint: Option<Paint>,
     /// What cannot be drawn of what it is painted with, in words for the user.
     pub remarks: Vec<String>,
 }

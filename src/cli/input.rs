@@ -1,6 +1,7 @@
 //! Meshes to read, from a file or from standard input.
 
 use super::args::is_stream;
+use super::drawn::Drawn;
 use super::failure::Usage;
 use super::progress::Progress;
 use super::shown;
@@ -28,6 +29,8 @@ pub enum Input {
 pub struct Mesh {
     /// As from a foreign file.
     pub source: Source,
+    /// What it is painted with, if that is wanted.
+    pub paint: Paint,
     /// What it was before, if it is a level of a `.uwm` file.
     pub level: Option<Level>,
 }
@@ -82,7 +85,7 @@ impl Mesh {
     ) -> anyhow::Result<Self> {
         match Input::open(path, reading)? {
             Input::Mesh(..) if level.is_some() => Err(without_levels(path).into()),
-            Input::Mesh(source, _) => Ok(Self { source: *source, level: None }),
+            Input::Mesh(source, paint) => Ok(Self { source: *source, paint, level: None }),
             Input::Levels(mut uwm) => Self::of_level(&mut uwm, level.unwrap_or(0), reading, progress),
         }
     }
@@ -96,7 +99,15 @@ impl Mesh {
         let level = uwm.enter(level, progress)?;
         let mut decoder = uwm.level(level, progress)?;
         let mut scene = None;
-        let (mesh, dropped) = if reading.scenes && uwm.contents.scene().is_some() {
+        let mut paint = Paint::default();
+        let (mesh, dropped) = if reading.painted {
+            uwm.complete_scene(&mut decoder)?;
+            let of_scene = shown::scene(&decoder).with_context(|| uwm.name.clone())?;
+            let drawn = Drawn::of(decoder.assembled()?, of_scene.as_ref(), false, reading.max_memory);
+            let drawn = drawn.with_context(|| uwm.name.clone())?;
+            paint = drawn.paint.unwrap_or_default();
+            (drawn.mesh, vec![])
+        } else if reading.scenes && uwm.contents.scene().is_some() {
             uwm.complete_scene(&mut decoder)?;
             let whole = shown::scene(&decoder).with_context(|| uwm.name.clone())?.unwrap_or_default();
             if let Some(r) = whole.buffers.iter().position(|buffer| buffer.bytes.is_empty()) {
@@ -138,7 +149,7 @@ impl Mesh {
             .then(|| format!("level {level} is without what level 0 has: {}", parts.join(", ")));
         let lattice = real.is_none().then_some(contents.header.lattice);
         let ordered = level == 0 && decoder.order().is_some();
-        Ok(Self { source, level: Some(Level { exact: real.is_some(), ordered, lattice, lost }) })
+        Ok(Self { source, paint, level: Some(Level { exact: real.is_some(), ordered, lattice, lost }) })
     }
 }
 

@@ -59,7 +59,10 @@ impl Output {
     }
 
     /// Whoever names the input as the output does not want to lose it.
-    fn check_against<'a>(&self, inputs: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<()> {
+    ///
+    /// # Errors
+    /// [`Usage`] where this is one of `inputs`.
+    pub fn check_against<'a>(&self, inputs: impl IntoIterator<Item = &'a Path>) -> anyhow::Result<()> {
         let there = self.file.as_deref().map_or_else(Identity::of_output_stream, Identity::of_file);
         let mut inputs = inputs.into_iter();
         let Some(input) =
@@ -120,13 +123,50 @@ impl Output {
         write().with_context(|| self.name.clone())
     }
 
-    /// Writes a glTF and what lies beside it, of which each file becomes visible once all of it is written, the glTF last. `make` makes them, given
+    /// Writes several files, of which none becomes visible before all of them are written: then one after the other, in their order.
+    ///
+    /// # Errors
+    /// As [`Output::write`].
+    pub fn write_all(files: Vec<(&Self, Content<'_>)>) -> anyhow::Result<()> {
+        let (mut written, mut others) = (Vec::new(), Vec::new());
+        for (output, content) in files {
+            let Some(target) = output.target() else {
+                others.push((output, content));
+                continue;
+            };
+            let replacement = || -> io::Result<Replacement> {
+                let mut replacement = Replacement::new(target)?;
+                content(replacement.file())?;
+                Ok(replacement)
+            };
+            written.push((output, replacement().with_context(|| output.name.clone())?));
+        }
+        for (output, replacement) in written {
+            replacement.finish().with_context(|| output.name.clone())?;
+        }
+        others.into_iter().try_for_each(|(output, content)| output.write(content))
+    }
+
+    /// Writes a glTF and what lies beside it, of which each file becomes visible once all of them are written, the glTF last. `make` makes them, given
     /// what their names begin with. None of them must be one of `inputs`.
     ///
     /// # Errors
     /// As [`Output::write`] and [`Output::new`]; [`Usage`] where this is no file with a name.
     pub fn write_files(
         &self,
+        inputs: &[&Path],
+        make: impl FnOnce(&str) -> io::Result<GltfFiles>,
+    ) -> anyhow::Result<Vec<String>> {
+        self.write_files_with(Vec::new(), inputs, make)
+    }
+
+    /// As [`Output::write_files`], with other files, which become visible first.
+    ///
+    /// # Errors
+    /// As [`Output::write_files`].
+    pub fn write_files_with(
+        &self,
+        files: Vec<(&Self, Content<'_>)>,
         inputs: &[&Path],
         make: impl FnOnce(&str) -> io::Result<GltfFiles>,
     ) -> anyhow::Result<Vec<String>> {
@@ -140,10 +180,12 @@ impl Output {
         let outputs =
             beside.iter().map(|file| Self::new(&target.with_file_name(&file.name), inputs.iter().copied()));
         let outputs = outputs.collect::<anyhow::Result<Vec<_>>>()?;
-        for (output, file) in outputs.iter().zip(&beside) {
-            output.write(|out| out.write_all(&file.bytes))?;
+        let mut files: Vec<(&Self, Content<'_>)> = files;
+        for (output, file) in outputs.iter().zip(beside) {
+            files.push((output, content(file.bytes)));
         }
-        self.write(|out| out.write_all(&json))?;
+        files.push((self, content(json)));
+        Self::write_all(files)?;
         Ok(remarks)
     }
 
@@ -158,6 +200,14 @@ impl Output {
         }
         say(text)
     }
+}
+
+/// Writes what is in a file.
+pub type Content<'a> = Box<dyn FnOnce(&mut dyn Write) -> io::Result<()> + 'a>;
+
+/// Bytes as they are.
+pub fn content<'a>(bytes: impl AsRef<[u8]> + 'a) -> Content<'a> {
+    Box::new(move |out| out.write_all(bytes.as_ref()))
 }
 
 /// Why an input is not written to, by the names of both.

@@ -83,7 +83,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false };
     let (mut sources, mut names) = (Vec::new(), Vec::new());
     for input in &args.inputs {
-        let Mesh { source, level } = Mesh::read(input, None, reading, &mut progress)?;
+        let Mesh { source, level, .. } = Mesh::read(input, None, reading, &mut progress)?;
         let name = input::name(input);
         if args.strict && !source.dropped.is_empty() {
             bail!("{name}: --strict: a file cannot keep {}", source.dropped.join(", "));

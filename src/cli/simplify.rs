@@ -4,6 +4,7 @@ pub mod lod;
 mod parallel;
 mod reduction;
 mod removal;
+mod texture;
 
 use super::args::{Removal, Tolerance, part, size, tolerance, value_name};
 use super::failure::{Usage, note};
@@ -19,6 +20,7 @@ use reduction::Reduction;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
+use texture::Texturing;
 use unweld::encoder::Joined;
 use unweld::formats::{SceneOptions, gltf_files};
 use unweld::mesh::distance::{Sampling, SurfaceDistance, surface_distances};
@@ -62,6 +64,8 @@ pub struct Args {
     removal: Removal,
     #[command(flatten)]
     parallel: Parallel,
+    #[command(flatten)]
+    texturing: Texturing,
 }
 
 /// How far to simplify; one of them is needed, but not by what simplifies for a view.
@@ -94,12 +98,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if !args.goal.is_given() && !args.reduction.method.is_parallel() {
         return Err(Usage("how far? --triangles, --ratio or --error says it".to_owned()).into());
     }
+    let map = args.texturing.outputs(args, format)?;
     let name = input::name(&args.input);
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
-    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false };
-    let Mesh { source, level } = Mesh::read(&args.input, args.level, reading, &mut progress)?;
+    let reading =
+        Reading { max_memory: args.max_memory, force: false, scenes: false, painted: map.is_some() };
+    let Mesh { mut source, paint, level } = Mesh::read(&args.input, args.level, reading, &mut progress)?;
     let read = start.elapsed().as_secs_f64();
+    let mut warnings = Vec::new();
+    let begin = |map| args.texturing.begin(map, args, &mut source, paint, &mut warnings);
+    let baking = map.map(begin).transpose().with_context(|| name.clone())?;
     let limit = args.goal.limit(&source.mesh);
     if !args.reduction.method.is_parallel() {
         args.parallel.refuse(&value_name(&args.reduction.method))?;
@@ -131,14 +140,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         frames,
     } = outcome.with_context(|| name.clone())?;
     let simplifying = start.elapsed().as_secs_f64() - read - conditioning;
+    let made = baking.as_ref().map(|baking| baking.make(&mesh, &mut progress)).transpose();
+    let made = made.with_context(|| name.clone())?;
+    let texturing = start.elapsed().as_secs_f64() - read - conditioning - simplifying;
     drop(progress);
     let mut dropped = source.dropped;
     dropped.extend(left_out);
     if args.strict && !dropped.is_empty() {
         bail!("{name}: --strict: the result cannot keep {}", dropped.join(", "));
     }
-    match format {
-        MeshFormat::Gltf => {
+    match (format, &baking, &made) {
+        (_, Some(baking), Some(made)) => {
+            baking.write(mesh.clone(), made, args, (format, source.coordinates), &output)?;
+        }
+        (MeshFormat::Gltf, ..) => {
             drop(output.write_files(&[&args.input], |stem| {
                 gltf_files(&mesh, None, &SceneOptions::default(), stem)
             })?)
@@ -151,7 +166,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
     let diagonal = source.mesh.diagonal();
     let distance = distance(&source.mesh, &mesh, SAMPLES);
-    let mut warnings: Vec<String> = level.and_then(|level| level.lost).into_iter().collect();
+    warnings.extend(level.and_then(|level| level.lost));
     warnings.extend(remarks);
     warnings.extend(limit.missed(&mesh, distance, &obstacle));
     if let Limit::Triangles(most) = limit
@@ -175,8 +190,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "method": value_name(&args.reduction.method),
             "passes": passes,
             "frames": parallel::object(&frames),
+            "texture": baking.as_ref().zip(made.as_ref()).map(|(baking, made)| baking.object(made)),
             "warnings": warnings,
-            "seconds": { "read": read, "condition": conditioning, "simplify": simplifying },
+            "seconds": { "read": read, "condition": conditioning, "simplify": simplifying, "bake": texturing },
         });
         return say(&format!("{object:#}\n"));
     }
@@ -210,8 +226,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         text += &format!("  {:<11}{}\n", "dropped", dropped.join(", "));
     }
     text += &parallel::text(&frames);
+    let mut bake_time = String::new();
+    if let (Some(baking), Some(made)) = (&baking, &made) {
+        text += &baking.text(made);
+        bake_time = format!(", bake {texturing:.2} s");
+    }
     text += &format!(
-        "  {:<11}read {read:.2} s, condition {conditioning:.2} s, simplify {simplifying:.2} s\n",
+        "  {:<11}read {read:.2} s, condition {conditioning:.2} s, simplify {simplifying:.2} s{bake_time}\n",
         "time"
     );
     output.say(&text)
@@ -331,6 +352,7 @@ EXAMPLES
   unweld simplify bunny.ply -o small.obj --triangles 5000 --method ffc --lock-boundary
   unweld simplify dragon.ply -o small.ply --triangles 1000 --topology free
   unweld simplify duck.glb -o small.glb --ratio 10%             texture coordinates, normals and colours go along
+  unweld simplify spot.obj -o small.obj --ratio 3% --bake small.png --texels 512K    colours and textures of any input, by one map
   unweld simplify bunny.ply -o seen.ply --method parallel --eye 0,0.1,0.5 --pixels 2
   unweld simplify bunny.ply -o seen.ply --method parallel --spacing 8 --orbit 36
   unweld simplify part.stl -o small.stl --triangles 5000 --weld 0.0001";

@@ -25,6 +25,7 @@ mod foreign;
 mod gather;
 mod gltf;
 mod gzip;
+mod materials;
 mod obj;
 mod obj_dropped;
 mod obj_parts;
@@ -34,6 +35,7 @@ mod obstacles;
 mod off;
 mod off_beside;
 mod origins;
+mod painted;
 mod ply;
 mod ply_columns;
 mod ply_faces;
@@ -51,11 +53,13 @@ mod write;
 #[cfg(feature = "encode")]
 pub use gltf::sample_scene;
 pub use gltf::{
-    File, GltfFiles, SceneOptions, gltf_files, in_bodies, placed, turn_v, write_glb, write_progressive,
-    write_scene,
+    File, GltfFiles, SceneOptions, Texture, gltf_files, in_bodies, placed, textured_gltf_files, turn_v,
+    write_glb, write_progressive, write_scene, write_textured_glb,
 };
 pub use gzip::INFLATED_BYTES;
+pub use materials::material_library;
 pub use obj_write::write_obj;
+pub use painted::read_image;
 pub use ply_write::write_ply;
 pub use scene::{Role, Scene, SceneBuffer};
 pub use stl_write::write_stl;
@@ -167,7 +171,7 @@ pub struct ReadOptions {
     /// Most bytes that a gzip-compressed file may inflate to, and that a glTF file's buffers and all that is read of them may take; 64 GiB by
     /// default. What is read of a file of another kind takes about as much again.
     pub max_memory: u64,
-    /// Where the files lie that a glTF names, none of which are read where this is `None`; [`read`] takes the folder of the file.
+    /// Where the files lie that a glTF names, and the materials and pictures of others, none of which are read where this is `None`; [`read`] takes the folder of the file.
     pub folder: Option<PathBuf>,
     /// Whether to read what contradicts itself, as far as it can be read: a binary STL file by its length where that is not what its count of
     /// facets asks for, a text STL file whose last solid does not end. Not by default.
@@ -224,9 +228,10 @@ pub fn read_with(bytes: &[u8], options: &ReadOptions) -> Result<Source> {
     read_as(bytes, options, None)
 }
 
-/// As [`read_with`], of a mesh to be drawn, and what it is painted with: a glTF that is read as one mesh tells that by its materials. Pictures
-/// of them are decoded with the feature `images`; those that cannot be are told in [`Source::remarks`].
-/// Texture coordinates stay as glTF has them: (0, 0) is the first pixel of a picture's first row.
+/// As [`read_with`], of a mesh to be drawn, and what it is painted with: a glTF that is read as one mesh tells that by its materials, an OBJ by
+/// those of its libraries, a PLY by its `TextureFile`s. Pictures of them are decoded with the feature `images`; those that cannot be are told in [`Source::remarks`].
+/// Texture coordinates of a glTF stay as it has them: (0, 0) is the first pixel of a picture's first row; those of others are turned by
+/// [`Material::transform`](crate::mesh::paint::Material::transform).
 ///
 /// # Errors
 /// As [`read_with`].
@@ -256,13 +261,19 @@ fn read_inflated(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>)
     }
     let format = options.format.or_else(|| Format::sniff(bytes));
     let unknown = || whole("the content is of no known format: PLY, OBJ, STL, OFF, glTF");
-    let mut source = match format.ok_or_else(unknown)? {
+    let format = format.ok_or_else(unknown)?;
+    let mut paint = paint;
+    let mut source = match format {
         Format::Ply => ply::read(bytes, name)?,
         Format::Obj => obj::read(bytes, name, options.force)?,
         Format::Stl => stl::read(bytes, name, options.force)?,
         Format::Off => off::read(bytes, name)?,
-        Format::Gltf => gltf::read(bytes, options, paint)?,
+        Format::Gltf => gltf::read(bytes, options, paint.take())?,
     };
+    if let Some(paint) = paint {
+        *paint = painted::paint(&source, options)?;
+        source.remarks.extend_from_slice(&paint.missing);
+    }
     match source.mesh.positions.len() {
         _ if !source.mesh.triangles.is_empty() => {}
         // Its points and lines are in the scene.

@@ -7,7 +7,7 @@ mod point_triangle;
 mod sampling;
 mod search;
 
-pub use nearest::{Nearest, NearestPoints};
+pub use nearest::{Near, Nearest, NearestPoints};
 pub use point_triangle::{
     point_segment_distance_squared, point_triangle_distance_squared, shares_of_nearest,
 };

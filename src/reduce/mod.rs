@@ -18,6 +18,7 @@ pub mod removal;
 mod rings;
 mod selection;
 mod star;
+pub mod texture;
 mod uniform;
 mod wedges;
 mod working;

@@ -10,7 +10,6 @@ mod raster;
 mod shade;
 #[cfg(test)]
 mod tests;
-mod texture;
 
 use std::io::{self, Write};
 use std::num::NonZero;
@@ -24,6 +23,7 @@ use self::camera::Frame;
 use self::coat::Coat;
 use self::raster::{Band, Surface};
 use crate::error::{Error, Result};
+use crate::mesh::paint::{Image, light};
 use crate::mesh::{IndexedMesh, Paint};
 
 /// What a picture shows and from where. The camera is infinitely far away: there is no perspective.
@@ -147,7 +147,7 @@ pub fn render_with(models: &[Model], view: &View, tell: &(dyn Fn(u64, u64) + Syn
         .enumerate()
         .map(|(i, (model, places))| Pane::new(model, places, edge(i)..edge(i + 1), height, &frame, view))
         .collect();
-    let background = view.background.map(shade::from_srgb);
+    let background = view.background.map(light::from_srgb);
     let mut pixels = vec![opaque(background, Vec4::ZERO); width * height];
     let bands = Mutex::new(pixels.chunks_mut(width * BAND).enumerate());
     let done = AtomicUsize::new(0);
@@ -179,19 +179,38 @@ pub const SOFTWARE: &str = "unweld";
 /// # Errors
 /// Those of `out`.
 pub fn write_png(picture: &Picture, out: &mut impl Write) -> io::Result<()> {
-    let opaque = picture.pixels.iter().all(|p| p[3] == u8::MAX);
-    let mut encoder = png::Encoder::new(out, picture.width, picture.height);
+    let Picture { width, height, ref pixels, .. } = *picture;
+    encode_png([width, height], pixels, Some(SOFTWARE), out)
+}
+
+/// As [`write_png`], of an image that is no view of a mesh: without the name of the program.
+///
+/// # Errors
+/// Those of `out`.
+pub fn write_image(image: &Image, out: &mut impl Write) -> io::Result<()> {
+    encode_png([image.width, image.height], &image.pixels, None, out)
+}
+
+fn encode_png(
+    [width, height]: [u32; 2],
+    pixels: &[[u8; 4]],
+    software: Option<&str>,
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let opaque = pixels.iter().all(|p| p[3] == u8::MAX);
+    let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(if opaque { png::ColorType::Rgb } else { png::ColorType::Rgba });
     encoder.set_depth(png::BitDepth::Eight);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-    encoder.add_text_chunk("Software".to_owned(), SOFTWARE.to_owned())?;
+    if let Some(software) = software {
+        encoder.add_text_chunk("Software".to_owned(), software.to_owned())?;
+    }
     let mut writer = encoder.write_header()?;
     if opaque {
-        let colours: Vec<u8> =
-            picture.pixels.iter().flat_map(|&[red, green, blue, _]| [red, green, blue]).collect();
+        let colours: Vec<u8> = pixels.iter().flat_map(|&[red, green, blue, _]| [red, green, blue]).collect();
         writer.write_image_data(&colours)?;
     } else {
-        writer.write_image_data(picture.pixels.as_flattened())?;
+        writer.write_image_data(pixels.as_flattened())?;
     }
     Ok(writer.finish()?)
 }
@@ -270,7 +289,7 @@ fn opaque(background: Option<Vec3>, colour: Vec4) -> [u8; 4] {
         Some(background) => (colour.xyz() + background * (1.0 - colour.w), 1.0),
         None => (colour.xyz() / colour.w.max(f32::MIN_POSITIVE), colour.w),
     };
-    let [red, green, blue] = shade::to_srgb(colour);
+    let [red, green, blue] = light::to_srgb(colour);
     [red, green, blue, (opacity * 255.0).round() as u8]
 }
 

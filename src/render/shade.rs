@@ -49,18 +49,6 @@ pub fn averages(mesh: &IndexedMesh, places: &[DVec3]) -> Vec<Vec3> {
     same.iter().map(|&v| sums[v as usize].normalize_or_zero().as_vec3()).collect()
 }
 
-/// From sRGB to linear light (IEC 61966-2-1).
-pub fn from_srgb(colour: [u8; 3]) -> Vec3 {
-    let decode = |x: f32| if x <= 0.04045 { x / 12.92 } else { ((x + 0.055) / 1.055).powf(2.4) };
-    Vec3::from(colour.map(|x| decode(f32::from(x) / 255.0)))
-}
-
-/// From linear light to sRGB.
-pub fn to_srgb(colour: Vec3) -> [u8; 3] {
-    let encode = |x: f32| if x <= 0.0031308 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
-    colour.to_array().map(|x| (encode(x.clamp(0.0, 1.0)) * 255.0).round() as u8)
-}
-
 /// The colour of a material by a normal on screen that faces the camera: a warm key light from the upper left, a weak one from the
 /// camera, a cool sky brighter than the ground.
 pub fn lit(normal: Vec3, material: Vec3) -> Vec3 {
@@ -90,16 +78,6 @@ const CREASE_COSINE: f32 = 0.866;
 mod tests {
     use super::*;
     use crate::mesh::shapes;
-
-    #[test]
-    fn srgb_and_back() {
-        for x in 0..=255 {
-            assert_eq!(to_srgb(from_srgb([x, 255 - x, 7])), [x, 255 - x, 7]);
-        }
-        assert_eq!(from_srgb([0, 255, 0]), Vec3::Y);
-        // 0.5 in sRGB is 0.214 in linear light.
-        assert!((from_srgb([127, 128, 0]).truncate() - 0.214).abs().max_element() < 0.003);
-    }
 
     #[test]
     fn either_side_is_lit_and_smooth_corners_agree_with_their_facet() {

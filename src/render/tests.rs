@@ -272,7 +272,7 @@ const CLEAR: [u8; 4] = [255, 255, 255, 0];
 fn flag(material: Material) -> Paint {
     let image = Image { width: 2, height: 2, pixels: vec![RED, GREEN, BLUE, CLEAR] };
     let materials = vec![Material { image: Some(0), ..material }];
-    Paint { materials, of_parts: vec![Some(0)], images: vec![image], is_linear: true }
+    Paint { materials, of_parts: vec![Some(0)], images: vec![image], is_linear: true, ..Paint::default() }
 }
 
 fn painted(mesh: &IndexedMesh, paint: &Paint, view: &View) -> Picture {

@@ -1,6 +1,7 @@
 //! The command line as a user has it: the built program, its files, its output, its exit codes.
 #![cfg(feature = "cli")]
 
+mod bake;
 mod batch;
 #[cfg(feature = "cloud")]
 mod cloud;

@@ -46,6 +46,7 @@ fn as_many_triangles_as_wanted_on_positions_of_the_input() {
         "rms_error",
         "rms_error_percent",
         "seconds",
+        "texture",
         "triangles",
         "vertices",
         "warnings",

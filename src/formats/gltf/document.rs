@@ -167,6 +167,14 @@ impl<'a> Document<'a> {
             .ok_or_else(|| at.fault(format!("tells of {length} bytes, {} are there", bytes.len())))
     }
 
+    /// Where the file lies that a URI stands for, if it does.
+    pub(super) fn path(&self, uri: &str) -> Option<PathBuf> {
+        match (uri::resolve(uri), &self.folder) {
+            (Ok(Uri::File(file)), Some(folder)) => uri::within(folder, &file).ok(),
+            _ => None,
+        }
+    }
+
     /// What the URI of an object stands for, of which it tells under `uri`.
     ///
     /// # Errors

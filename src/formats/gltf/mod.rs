@@ -43,6 +43,7 @@ mod sample;
 mod scene;
 mod shaped;
 mod texels;
+mod textured;
 mod transform;
 mod turned;
 mod unknown;
@@ -63,9 +64,12 @@ use crate::mesh::{IndexedMesh, Paint};
 
 pub use bodies::in_bodies;
 pub use files::File;
+pub(super) use previews::{ALL_PIXELS, decoded};
 #[cfg(feature = "encode")]
 pub use sample::sample_scene;
+pub use textured::{Texture, textured_gltf_files, write_textured_glb};
 pub use turned::turn_v;
+pub(super) use uri::within;
 pub use write::{GltfFiles, SceneOptions, gltf_files, placed, write_glb, write_progressive, write_scene};
 
 /// Whether the content is glTF: binary by its first bytes; text by its first object, which tells of an asset and its version.

@@ -1,5 +1,7 @@
 //! What the parts of a flattened scene are painted with: base colours, and their pictures.
 
+use std::path::PathBuf;
+
 use super::document::Document;
 use super::json::At;
 use super::previews;
@@ -17,12 +19,28 @@ pub(super) fn paint(
     remarks: &mut Vec<String>,
 ) -> Result<Paint> {
     let list = document.root().list("materials")?;
-    let mut images = Images { places: Vec::new(), images: Vec::new(), left: previews::ALL_PIXELS };
+    let mut images = Images {
+        places: Vec::new(),
+        images: Vec::new(),
+        missing: Vec::new(),
+        files: Vec::new(),
+        left: previews::ALL_PIXELS,
+    };
     let mut materials = vec![Material::default(); list.len()];
     for (k, at) in list.iter().enumerate().filter(|(k, _)| of_parts.contains(&Some(*k))) {
-        materials[k] = material(document, at, &mut images, remarks)?;
+        materials[k] = material(document, at, &mut images)?;
     }
-    Ok(Paint { materials, of_parts, images: images.images, is_linear: true })
+    let (missing, files) = (images.missing, images.files);
+    remarks.extend_from_slice(&missing);
+    Ok(Paint {
+        materials,
+        of_parts,
+        images: images.images,
+        is_linear: true,
+        missing,
+        files,
+        ..Paint::default()
+    })
 }
 
 /// The pictures so far.
@@ -30,16 +48,15 @@ struct Images {
     /// By the numbers of the document's images that have been asked for, their places below, if they can be had.
     places: Vec<(usize, Option<usize>)>,
     images: Vec<Image>,
+    /// Those that cannot be had, in words.
+    missing: Vec<String>,
+    /// The files they were read from.
+    files: Vec<PathBuf>,
     /// Pixels that may yet be decoded.
     left: u64,
 }
 
-fn material(
-    document: &Document<'_>,
-    at: &At<'_>,
-    images: &mut Images,
-    remarks: &mut Vec<String>,
-) -> Result<Material> {
+fn material(document: &Document<'_>, at: &At<'_>, images: &mut Images) -> Result<Material> {
     let specular = at.extension("KHR_materials_pbrSpecularGlossiness");
     let (base, names) = match (&specular, at.key("pbrMetallicRoughness")) {
         (Some(specular), _) => (Some(specular.clone()), ["diffuseFactor", "diffuseTexture"]),
@@ -62,7 +79,7 @@ fn material(
     // The same picture in a format that others may not know, where it is one.
     let webp = texture.extension("EXT_texture_webp").and_then(|webp| webp.key("source"));
     if let Some(source) = texture.key("source").or(webp) {
-        material.image = images.place(document, &source, remarks)?;
+        material.image = images.place(document, &source)?;
     }
     let transform = info.extension("KHR_texture_transform");
     let set = transform.as_ref().map(|transform| transform.count("texCoord")).transpose()?.flatten();
@@ -85,12 +102,7 @@ fn rows(transform: &At<'_>) -> Result<[[f32; 3]; 2]> {
 
 impl Images {
     /// The place of an image, by the number that names it.
-    fn place(
-        &mut self,
-        document: &Document<'_>,
-        number: &At<'_>,
-        remarks: &mut Vec<String>,
-    ) -> Result<Option<usize>> {
+    fn place(&mut self, document: &Document<'_>, number: &At<'_>) -> Result<Option<usize>> {
         let (at, number) = (document.named("images", number)?, number.number()?);
         if let Some((_, place)) = self.places.iter().find(|(known, _)| *known == number) {
             return Ok(*place);
@@ -101,7 +113,7 @@ impl Images {
                 Some(self.images.len() - 1)
             }
             Err(why) => {
-                remarks.push(format!("image {number} is not shown: {why}"));
+                self.missing.push(format!("image {number} is not shown: {why}"));
                 None
             }
         };
@@ -117,6 +129,7 @@ impl Images {
             (None, Some(uri)) => match document.load(uri, at) {
                 Ok(bytes) => {
                     loaded = bytes;
+                    self.files.extend(document.path(uri));
                     &loaded
                 }
                 Err(error @ Error::Limit { .. }) => return Err(error),

@@ -68,10 +68,14 @@ fn of_ktx(bytes: &[u8]) -> Picture {
 }
 
 #[cfg(not(feature = "images"))]
-pub(super) use without::{decoded, look};
+pub(in crate::formats) use without::decoded;
+#[cfg(not(feature = "images"))]
+pub(super) use without::look;
 
 #[cfg(feature = "images")]
-pub(super) use with::{decoded, look};
+pub(in crate::formats) use with::decoded;
+#[cfg(feature = "images")]
+pub(super) use with::look;
 
 #[cfg(not(feature = "images"))]
 mod without {
@@ -92,7 +96,7 @@ mod without {
     ///
     /// # Errors
     /// Always.
-    pub(in crate::formats::gltf) fn decoded(_: &[u8], _: &mut u64) -> Result<Image, String> {
+    pub(in crate::formats) fn decoded(_: &[u8], _: &mut u64) -> Result<Image, String> {
         Err("this program was built without the feature `images`".to_owned())
     }
 }
@@ -139,7 +143,7 @@ mod with {
     ///
     /// # Errors
     /// Why they cannot be had, in words for the user.
-    pub(in crate::formats::gltf) fn decoded(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
+    pub(in crate::formats) fn decoded(bytes: &[u8], left: &mut u64) -> Result<Image, String> {
         let Reader { reader, width, height } = reader(bytes, left)?;
         let pixels = reader.decode().map_err(said)?.into_rgba8();
         Ok(Image { width, height, pixels: pixels.pixels().map(|pixel| pixel.0).collect() })
@@ -207,4 +211,4 @@ mod with {
 }
 
 /// Most pixels that are decoded of all images of a file.
-pub(super) const ALL_PIXELS: u64 = 1 << 31;
+pub(in crate::formats) const ALL_PIXELS: u64 = 1 << 31;

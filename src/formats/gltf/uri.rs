@@ -41,13 +41,13 @@ pub(super) fn resolve(uri: &str) -> Result<Uri, String> {
 ///
 /// # Errors
 /// Where it is not there, or a link leads out of the folder.
-pub(super) fn within(folder: &Path, file: &Path) -> Result<PathBuf, String> {
+pub(in crate::formats) fn within(folder: &Path, file: &Path) -> Result<PathBuf, String> {
     let real = |path: &Path| path.canonicalize().map_err(|e| format!("{}: {e}", path.display()));
     // The folder of a name without one is the empty path.
     let folder = real(if folder.as_os_str().is_empty() { Path::new(".") } else { folder })?;
     let path = real(&folder.join(file))?;
     if !path.starts_with(&folder) {
-        return Err("a link that leads out of the glTF's own folder".to_owned());
+        return Err("a link that leads out of the file's own folder".to_owned());
     }
     Ok(path)
 }
@@ -167,7 +167,7 @@ mod tests {
         {
             std::os::unix::fs::symlink("../out.bin", inner.join("link.bin")).unwrap();
             let error = within(&inner, Path::new("link.bin")).unwrap_err();
-            assert_eq!(error, "a link that leads out of the glTF's own folder");
+            assert_eq!(error, "a link that leads out of the file's own folder");
         }
     }
 }

@@ -24,9 +24,13 @@ pub struct NearestPoints {
     search: TriangleSearch,
     /// For each triangle of the search its number.
     numbers: Vec<u32>,
-    /// Where the last point was found: the next one is likely to be near.
-    last: u32,
+    /// Where the last point was found.
+    last: Near,
 }
+
+/// Where a point was found: the next one is likely to be near. Whoever asks for many points on several threads has one each.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Near(u32);
 
 impl NearestPoints {
     /// Prepares a mesh to be asked for points near the triangles of `around`, which may be the mesh itself. Positions are finite, and those
@@ -35,14 +39,22 @@ impl NearestPoints {
         let frame = Frame::over(mesh, around)?;
         let positions: Vec<_> = mesh.positions.iter().map(|&p| frame.inside(p)).collect();
         let (search, numbers) = TriangleSearch::new(&positions, &mesh.triangles, threads);
-        Some(Self { frame, search, numbers, last: 0 })
+        Some(Self { frame, search, numbers, last: Near::default() })
     }
 
     /// The nearest point; of several equally near ones any. Fast where points asked for one after the other are near each other.
     pub fn nearest(&mut self, p: [f64; 3]) -> Nearest {
+        let mut near = self.last;
+        let found = self.nearest_from(p, &mut near);
+        self.last = near;
+        found
+    }
+
+    /// The nearest point, of several equally near ones any, but the same for the same `near`, which is told where it was found.
+    pub fn nearest_from(&self, p: [f64; 3], near: &mut Near) -> Nearest {
         let p = self.frame.inside(p);
-        let (distance, place) = self.search.nearest(p, self.last);
-        self.last = place;
+        let (distance, place) = self.search.nearest(p, near.0);
+        *near = Near(place);
         let [a, b, c] = self.search.triangles()[place as usize];
         let shares = shares_of_nearest(p, a, b, c);
         Nearest {

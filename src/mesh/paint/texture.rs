@@ -2,10 +2,10 @@
 
 use glam::Vec2;
 
-use crate::mesh::paint::Image;
+use super::Image;
 
 /// A picture, and halves of it: each of the next level is the mean of up to four pixels, in linear light (Williams 1983).
-pub struct Texture {
+pub(crate) struct Texture {
     levels: Vec<Level>,
 }
 
@@ -18,7 +18,7 @@ struct Level {
 
 impl Texture {
     /// Of a picture; `None` where it has not as many pixels as it tells, or none.
-    pub fn new(image: &Image, decode: &[f32; 256]) -> Option<Self> {
+    pub(crate) fn new(image: &Image, decode: &[f32; 256]) -> Option<Self> {
         let (width, height) = (image.width as usize, image.height as usize);
         if width == 0 || height == 0 || width.checked_mul(height) != Some(image.pixels.len()) {
             return None;
@@ -41,7 +41,7 @@ impl Texture {
     }
 
     /// The level of which a texel is about a sample, where a triangle takes so many of the picture's areas and so many samples.
-    pub fn level(&self, of_picture: f64, samples: f64) -> usize {
+    pub(crate) fn level(&self, of_picture: f64, samples: f64) -> usize {
         let [first, ..] = &self.levels[..] else { return 0 };
         let texels = of_picture * (first.width * first.height) as f64;
         let level = 0.5 * (texels / samples).log2();
@@ -50,7 +50,7 @@ impl Texture {
     }
 
     /// The light and the opacity at a place, each 0 to 1; the picture goes on beyond its sides.
-    pub fn at(&self, level: usize, place: Vec2) -> [f32; 4] {
+    pub(crate) fn at(&self, level: usize, place: Vec2) -> [f32; 4] {
         let level = &self.levels[level.min(self.levels.len() - 1)];
         let along = |x: f32, count: usize| {
             // What is not finite, or so far away that no place is left between numbers, is as good as 0.

@@ -160,3 +160,34 @@ fn real_meshes() {
         compare(&gpu, name, &mesh, 3 + k as u32, &[1, 2, 8]);
     }
 }
+
+#[cfg(feature = "cli")]
+#[test]
+fn the_command_tells_of_its_device() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("m.ply");
+    let mut file = Vec::new();
+    let mesh = shapes::bumpy_sphere(3, 1);
+    unweld::formats::write_ply(&mesh, unweld::formats::Precision::Float64, &mut file).unwrap();
+    std::fs::write(&path, file).unwrap();
+    let run = |device: &str| {
+        let output = std::process::Command::new(env!("CARGO_BIN_EXE_unweld"))
+            .args(["simplify", path.to_str().unwrap(), "-o", "-"])
+            .args(["--method", "parallel", "--orbit", "2", "--device", device])
+            // Without drivers there is no GPU.
+            .env("VK_DRIVER_FILES", "/nowhere")
+            .env("VK_ICD_FILENAMES", "/nowhere")
+            .output()
+            .unwrap();
+        (output.status.code(), output.stdout, String::from_utf8(output.stderr).unwrap())
+    };
+    let [cpu, auto] = ["cpu", "auto"].map(run);
+    assert!(cpu.0 == Some(0) && auto.0 == Some(0) && auto.1 == cpu.1, "{cpu:?} {auto:?}");
+    assert!(cpu.2.contains("  device     processor\n"), "{}", cpu.2);
+    if cfg!(target_os = "linux") {
+        assert!(auto.2.contains("the processor computes: there is no GPU"), "{}", auto.2);
+        let (code, _, told) = run("gpu");
+        assert_eq!(code, Some(2));
+        assert!(told.contains("--device gpu: there is no GPU that can compute"), "{told}");
+    }
+}

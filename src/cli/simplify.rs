@@ -1,5 +1,6 @@
 //! `unweld simplify`: a coarser mesh, without a `.uwm` file between.
 
+mod device;
 pub mod lod;
 mod parallel;
 mod reduction;

@@ -146,13 +146,10 @@ mod tests {
         let told = |vertices, triangles, limits: &Limits| {
             fitting(vertices, triangles, limits).map(|_| ()).map_err(|e| e.to_string())
         };
-        // 28 bytes of rings a vertex, and 4; 128 MiB are allowed.
-        assert_eq!(told(4_793_489, 2 * 4_793_489, &limits), Ok(()));
+        // 16 bytes a triangle; 128 MiB are allowed.
+        assert_eq!(told(4_194_304, 8_388_608, &limits), Ok(()));
         let what = "limit reached: a buffer of the GPU in bytes needs";
-        assert_eq!(
-            told(4_793_490, 2 * 4_793_490, &limits),
-            Err(format!("{what} 153391684, allowed 134217728"))
-        );
+        assert_eq!(told(4_194_304, 8_388_609, &limits), Err(format!("{what} 134217744, allowed 134217728")));
         let most =
             Limits { max_storage_buffer_binding_size: u64::MAX, max_buffer_size: u64::MAX, ..limits.clone() };
         assert_eq!(told(1 << 31, 10, &most), Err(format!("{what} {}, allowed 4294967295", 24u64 << 31)));

@@ -1,5 +1,6 @@
 //! Many vertices removed at once, as one viewer sees the mesh, or as a camera that walks round it does.
 
+use super::device::{Choice, PROCESSOR};
 use super::reduction::{left_out, welded};
 use super::{Limit, Outcome};
 use crate::cli::args::{Point, Removal, above_zero, point};
@@ -27,6 +28,8 @@ pub struct Parallel {
     /// What keeps moves from each other's way: veto where not given
     #[arg(long, value_enum)]
     guard: Option<Guard>,
+    #[command(flatten)]
+    device: Choice,
     /// Threads: as many as there are processors where not given; the mesh is the same
     #[arg(long, value_name = "T", value_parser = clap::value_parser!(u32).range(1..=1024))]
     threads: Option<u32>,
@@ -74,6 +77,8 @@ enum Guard {
 #[derive(Debug)]
 pub struct Frame {
     eye: Option<[f64; 3]>,
+    /// What has computed it.
+    device: String,
     simplified: Simplified,
     vertices: usize,
     milliseconds: f64,
@@ -89,6 +94,7 @@ impl Parallel {
             ("--spacing", self.spacing.is_some()),
             ("--rule", self.rule.is_some()),
             ("--guard", self.guard.is_some()),
+            ("--device", self.device.is_given()),
             ("--threads", self.threads.is_some()),
             ("--eye", self.eye.is_some()),
             ("--pixels", self.pixels.is_some()),
@@ -178,18 +184,21 @@ pub fn removed(
     if surface.triangles().is_empty() {
         bail!("no triangle is left: all are degenerate");
     }
+    let mut remarks = Vec::new();
+    let device = parallel.device.open(&mut remarks)?;
+    let mut loading = device.load(&surface)?;
     let conditioning = start.elapsed().as_secs_f64();
     let mut frames = Vec::new();
     for (k, view) in views.iter().enumerate() {
         progress.update("simplify", k as u64, views.len() as u64);
         let start = Instant::now();
-        let simplified = surface.simplify(view.as_ref(), parallel.options())?;
+        let simplified = loading.simplify(view.as_ref(), parallel.options())?;
         let milliseconds = start.elapsed().as_secs_f64() * 1e3;
         let vertices = surface.mesh(&simplified.triangles).positions.len();
-        frames.push(Frame { eye: view.map(|view| view.eye), simplified, vertices, milliseconds });
+        let device = device.name().to_owned();
+        frames.push(Frame { eye: view.map(|view| view.eye), device, simplified, vertices, milliseconds });
     }
     let last = frames.last().map(|frame| surface.mesh(&frame.simplified.triangles)).unwrap_or_default();
-    let mut remarks = Vec::new();
     let locked = surface.locked().iter().filter(|&&locked| locked).count();
     if locked > 0 {
         let stay = if locked == 1 { "stays" } else { "stay" };
@@ -214,6 +223,11 @@ pub fn removed(
 /// What each frame was like, for people.
 pub fn text(frames: &[Frame]) -> String {
     let mut text = String::new();
+    if let Some(Frame { device, .. }) =
+        frames.first().filter(|frame| frames.len() > 1 || frame.device != PROCESSOR)
+    {
+        text += &format!("  {:<11}{device}\n", "device");
+    }
     for (k, frame) in frames.iter().enumerate() {
         let name = if frames.len() == 1 { "removal".to_owned() } else { format!("frame {}", k + 1) };
         let Simplified { triangles, iterations } = &frame.simplified;
@@ -242,6 +256,7 @@ pub fn object(frames: &[Frame]) -> Value {
             .map(|i| json!({ "candidates": i.candidates, "proposed": i.proposed, "removed": i.removed }));
         json!({
             "eye": frame.eye,
+            "device": frame.device,
             "milliseconds": frame.milliseconds,
             "vertices": frame.vertices,
             "triangles": frame.simplified.triangles.len(),

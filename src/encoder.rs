@@ -183,7 +183,7 @@ impl<'a> Encoder<'a> {
         let labelling = finish.label(&simplified, &quantised, &self.options);
         let measured = labelling.as_ref().map(|_| finish.measured(&simplified, &quantised));
         let mut mesh_at_base = ProgressiveMesh { table: base, positions: quantised, roots };
-        let places = Places::of_all_levels(&mut mesh_at_base, &mut simplified, &lattice, &options);
+        let places = Places::of_all_levels(&mut mesh_at_base, &mut simplified, &lattice, &options)?;
         joined.add_to(&mut simplified.errors);
         let base_level = simplified.history.level_count();
         let entries = finish.entries();

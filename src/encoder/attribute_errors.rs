@@ -14,7 +14,7 @@ use crate::mesh::distance::{point_triangle_distance_squared, shares_of_nearest};
 use crate::mesh::topology::Remainder;
 use crate::mesh::{Corner, CornerTable, IndexedMesh, Triangle, Vertex};
 use crate::refine::{Labels, ProgressiveMesh};
-use crate::simplify::Probe;
+use crate::simplify::Fours;
 use glam::DVec3;
 
 /// Points of the input, and what its attributes are there.
@@ -25,7 +25,7 @@ pub struct AttributeErrors {
     /// By attribute, those of the points in order; empty where levels tell no errors of it.
     values: Vec<Vec<Option<Numbers>>>,
     /// By level, which triangles cover the vertices.
-    probes: Vec<Vec<Probe>>,
+    probes: Vec<Fours>,
 }
 
 /// A point of the input.
@@ -94,9 +94,10 @@ impl AttributeErrors {
         remainder: &Remainder,
         table: &CornerTable,
         positions: &[[i32; 3]],
-        probes: Vec<Vec<Probe>>,
+        probes: Vec<Fours>,
     ) -> Self {
-        let mut vertices: Vec<Vertex> = probes.iter().take(1).flatten().map(|probe| probe.vertex).collect();
+        let mut vertices: Vec<Vertex> =
+            probes.iter().take(1).flat_map(Fours::iter).map(|[v, ..]| v).collect();
         vertices.sort_unstable();
         let at = |v: Vertex| DVec3::from_array(positions[v.index()].map(f64::from));
         let (mut points, mut corners) = (Vec::new(), Vec::new());
@@ -150,11 +151,11 @@ impl AttributeErrors {
         }
         let mut found = vec![Vec::new(); told.len()];
         let mut search = Search { level, seen: Vec::new(), places: Vec::new() };
-        for probe in self.probes.get(number).into_iter().flatten() {
-            let Some(start) = triangle_of(&level.mesh.table, probe) else { continue };
-            let first = self.points.partition_point(|point| point.vertex < probe.vertex);
+        for [vertex, a, b, _] in self.probes.get(number).into_iter().flat_map(Fours::iter) {
+            let Some(start) = triangle_of(&level.mesh.table, [a, b]) else { continue };
+            let first = self.points.partition_point(|point| point.vertex < vertex);
             let near =
-                self.points[first..].iter().enumerate().take_while(|(_, point)| point.vertex == probe.vertex);
+                self.points[first..].iter().enumerate().take_while(|(_, point)| point.vertex == vertex);
             for (k, point) in near.map(|(k, point)| (first + k, point)) {
                 let places = search.places(point.at, start);
                 for (&attribute, found) in told.iter().zip(&mut found) {
@@ -184,8 +185,7 @@ impl AttributeErrors {
 }
 
 /// The triangle of a level that covers a vertex.
-fn triangle_of(table: &CornerTable, probe: &Probe) -> Option<Triangle> {
-    let [a, b, _] = probe.corners;
+fn triangle_of(table: &CornerTable, [a, b]: [Vertex; 2]) -> Option<Triangle> {
     let c = if a == b { table.corner_of(a) } else { table.find_directed_edge(a, b) };
     c.is_some().then(|| c.triangle())
 }

@@ -100,11 +100,14 @@ impl<'a> Levels<'a> {
     /// Writes all levels. `progress` is called with the vertices done and to do.
     ///
     /// # Errors
-    /// What `progress` returns.
+    /// What `progress` returns; [`Error::Memory`](crate::Error::Memory) where there is none for the mesh.
     pub fn code(&mut self, progress: &mut dyn FnMut(u64, u64) -> Result<()>) -> Result<()> {
         let total = self.simplified.history.operations().len() as u64;
         let mut done = 0;
         let mut models = SegmentModels::new(self.options.rich_models == Some(true));
+        // At once: what grows is there twice.
+        let triangles = self.simplified.history.most_triangles(self.mesh.table.slots());
+        self.mesh.make_room([0, triangles])?;
         self.compare(self.simplified.history.level_count());
         for j in (0..self.simplified.history.level_count()).rev() {
             progress(done, total)?;

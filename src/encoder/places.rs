@@ -7,9 +7,10 @@ use super::Options;
 use super::schedule::Schedule;
 use crate::codec::lift::{Cells, plus};
 use crate::codec::walk::Walk;
+use crate::error::Result;
 use crate::mesh::distance::point_triangle_distance_squared;
 use crate::mesh::{CornerTable, Lattice, Vertex};
-use crate::refine::{History, ProgressiveMesh, Roots, Site, from_cell};
+use crate::refine::{History, Operation, ProgressiveMesh, Roots, Site, from_cell};
 use crate::simplify::{LevelError, Moved, Simplified, Traces};
 use glam::DVec3;
 
@@ -42,20 +43,23 @@ struct Change {
 
 impl Places {
     /// Finds them, for the base with all vertices where level 0 has them; puts the base's where they belong, and the levels' errors right.
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) where there is none for the mesh.
     pub fn of_all_levels(
         base: &mut ProgressiveMesh,
         simplified: &mut Simplified,
         lattice: &Lattice,
         options: &Options,
-    ) -> Self {
+    ) -> Result<Self> {
         let finest = std::mem::take(&mut base.positions);
         let traces = std::mem::take(&mut simplified.traces);
         let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
+        let splits = if lifting > 0 { splits(&simplified.history, base)? } else { Vec::new() };
         let mut moved = (lifting > 0).then(|| {
             let input = std::mem::take(&mut simplified.input);
             Moved::new(input, std::mem::take(&mut simplified.bodies), &finest, lattice.bits)
         });
-        let splits = if lifting > 0 { splits(&simplified.history, base) } else { Vec::new() };
         let (places, changes) = loop {
             let schedule = Schedule::new(options, lattice, lifting > 0);
             let mut places = Self {
@@ -88,8 +92,10 @@ impl Places {
                 error.rms * change.squares.sqrt()
             };
         }
-        base.positions.clone_from(&places.born);
-        places
+        drop(moved);
+        base.positions = finest;
+        base.positions.copy_from_slice(&places.born);
+        Ok(places)
     }
 
     /// The side of the cells that the vertices of a level are somewhere in, less a step; in the input's units.
@@ -119,7 +125,7 @@ impl Places {
         splits: &[Vec<Split>],
         traces: &[Traces],
         schedule: Schedule,
-        mut moved: Option<&mut Moved>,
+        mut moved: Option<&mut Moved<'_>>,
     ) -> Option<Vec<Change>> {
         let mut gone = vec![false; finest.len()];
         let mut changes = Vec::new();
@@ -131,7 +137,9 @@ impl Places {
                 self.blur(j, &gone)?;
             }
             let cells = self.cells(j);
-            for &Split { ends: [a, b], wings: [c, d], vertex } in splits.get(j).into_iter().flatten().rev() {
+            let operations = simplified.history.level(j);
+            for split in splits.get(j).into_iter().flatten().rev() {
+                let (vertex, [a, b, c, d]) = split.of(operations);
                 let at = |v: Vertex| self.born[v.index()];
                 let by = cells.lift([a, b, c, d].map(at), at(vertex));
                 for w in [a, b, vertex] {
@@ -142,7 +150,7 @@ impl Places {
                     self.born[w.index()] = place;
                 }
             }
-            for operation in simplified.history.level(j) {
+            for operation in operations {
                 gone[operation.vertex.index()] = true;
             }
             for v in simplified.history.birth(j).into_iter().flat_map(|birth| &birth.vertices) {
@@ -183,14 +191,14 @@ impl Places {
     ) -> Change {
         let point = |p: [i32; 3]| DVec3::from_array(p.map(f64::from));
         let (mut before, mut after, mut mean, mut total) = (0.0, 0.0, 0.0, 0.0);
-        for (k, probe) in traces.probes.iter().enumerate() {
+        for (k, [vertex, a, b, c]) in traces.probes.iter().enumerate() {
             let outline = traces.outline.get(k).copied().unwrap_or(0.0);
-            let p = point(finest[probe.vertex.index()]);
+            let p = point(finest[vertex.index()]);
             let squared = |places: &[[i32; 3]]| {
-                let [a, b, c] = probe.corners.map(|v| point(places[v.index()]));
+                let [a, b, c] = [a, b, c].map(|v| point(places[v.index()]));
                 point_triangle_distance_squared(p, a, b, c).max(outline.into())
             };
-            let weight = f64::from(weights[probe.vertex.index()]);
+            let weight = f64::from(weights[vertex.index()]);
             let now = squared(&self.born);
             before += weight * squared(finest);
             after += weight * now;
@@ -221,17 +229,30 @@ fn leads_away(changes: &[Change]) -> bool {
 /// A split of an interior edge that moves its ends.
 #[derive(Clone, Copy, Debug)]
 struct Split {
-    /// The ends, as the walk has their edge.
-    ends: [Vertex; 2],
-    /// The vertices on its left and on its right.
+    /// Its number among the operations of its level, twice; one more where the walk has the edge the other way round.
+    operation: u32,
+    /// The vertices on the left and on the right of the edge, as the walk has it.
     wings: [Vertex; 2],
-    vertex: Vertex,
+}
+
+impl Split {
+    /// Its vertex; the ends of the edge, as the walk has it, and the wings.
+    fn of(&self, operations: &[Operation]) -> (Vertex, [Vertex; 4]) {
+        let Operation { vertex, site, .. } = operations[self.operation as usize / 2];
+        let (Site::Edge(a, b) | Site::Face(a, b, _) | Site::Attach(a, b)) = site;
+        let [a, b] = if self.operation.is_multiple_of(2) { [a, b] } else { [b, a] };
+        (vertex, [a, b, self.wings[0], self.wings[1]])
+    }
 }
 
 /// The splits of each level that move the ends of their edges, in the order of the level's walk.
-fn splits(history: &History, base: &ProgressiveMesh) -> Vec<Vec<Split>> {
+///
+/// # Errors
+/// [`Error::Memory`](crate::Error::Memory) where there is none for the mesh.
+fn splits(history: &History, base: &ProgressiveMesh) -> Result<Vec<Vec<Split>>> {
     let mut mesh =
         ProgressiveMesh { table: base.table.clone(), positions: Vec::new(), roots: base.roots.clone() };
+    mesh.make_room([0, history.most_triangles(base.table.slots())])?;
     let mut levels = vec![Vec::new(); history.level_count()];
     for j in (0..levels.len()).rev() {
         levels[j] = of_level(history, j, &mesh.table, &mesh.roots);
@@ -246,33 +267,36 @@ fn splits(history: &History, base: &ProgressiveMesh) -> Vec<Vec<Split>> {
             mesh.join(&birth.table, &Roots::choose(&birth.table), |v| birth.name(v));
         }
     }
-    levels
+    Ok(levels)
 }
 
 fn of_level(history: &History, j: usize, table: &CornerTable, roots: &Roots) -> Vec<Split> {
-    let mut of_triangle = vec![Vertex::NONE; table.slots()];
-    for operation in history.level(j) {
+    let mut of_triangle = vec![u32::MAX; table.slots()];
+    for (number, operation) in (0..).zip(history.level(j)) {
         let Site::Edge(a, b) = operation.site else { continue };
         if table.is_boundary(a) || table.is_boundary(b) {
             continue;
         }
         let k = table.find_directed_edge(a, b);
         for c in [k, table.opposite(k)] {
-            of_triangle[c.triangle().index()] = operation.vertex;
+            of_triangle[c.triangle().index()] = number;
         }
     }
-    let mut splits = Vec::new();
+    let mut splits = Vec::with_capacity(history.level(j).len());
     for &k in &Walk::new(table, roots).edges {
         let o = table.opposite(k);
         if o.is_none() {
             continue;
         }
         // No two splits have a triangle in common: the edge is split where both triangles belong to the same one.
-        let vertex = of_triangle[k.triangle().index()];
-        if vertex != Vertex::NONE && vertex == of_triangle[o.triangle().index()] {
-            let (a, b) = table.edge(k);
-            splits.push(Split { ends: [a, b], wings: [k, o].map(|c| table.vertex(c)), vertex });
+        let number = of_triangle[k.triangle().index()];
+        if number != u32::MAX && number == of_triangle[o.triangle().index()] {
+            let turned =
+                history.level(j)[number as usize].site != Site::Edge(table.edge(k).0, table.edge(k).1);
+            let operation = 2 * number + u32::from(turned);
+            splits.push(Split { operation, wings: [k, o].map(|c| table.vertex(c)) });
         }
     }
+    splits.shrink_to_fit();
     splits
 }

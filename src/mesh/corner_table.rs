@@ -442,22 +442,26 @@ impl CornerTable {
     }
 
     /// Takes the places of removed triangles out and gives their memory back; the others keep their order, and vertices their numbers and
-    /// corners. Returns the triangles that there were, in order: each now stands where it is in this list.
+    /// corners.
     #[cfg(feature = "encode")]
-    pub(crate) fn compact(&mut self) -> Vec<Triangle> {
-        let there: Vec<Triangle> = self.triangles().collect();
-        let moved = |c: Corner| {
-            let place = there.binary_search(&c.triangle());
-            place.map_or(c, |k| Triangle(k as u32).corner(c.place() as u32))
-        };
-        for (k, t) in there.iter().enumerate() {
-            let Record { vertices, opposites } = self.records[t.index()];
-            self.records[k] = Record { vertices, opposites: opposites.map(moved) };
+    pub(crate) fn close_up(&mut self) {
+        // The places that belong to no corner tell meanwhile where each triangle goes.
+        for (k, record) in (0..).zip(self.records.iter_mut().filter(|record| record.is_live())) {
+            record.vertices[3] = Vertex(k);
         }
-        self.records.truncate(there.len());
+        let moved = |records: &[Record], c: Corner| match records.get(c.triangle().index()) {
+            Some(record) => Triangle(record.vertices[3].0).corner(c.place() as u32),
+            None => c,
+        };
+        for t in 0..self.records.len() {
+            if self.records[t].is_live() {
+                self.records[t].opposites = self.records[t].opposites.map(|o| moved(&self.records, o));
+            }
+        }
+        self.corners.iter_mut().for_each(|c| *c = moved(&self.records, *c));
+        self.records.retain(Record::is_live);
+        self.records.iter_mut().for_each(|record| record.vertices[3] = Vertex::NONE);
         self.records.shrink_to_fit();
-        self.corners.iter_mut().for_each(|c| *c = moved(*c));
-        there
     }
 
     /// Forgets the numbers of unused vertices from `count` on.

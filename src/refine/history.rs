@@ -28,21 +28,21 @@ pub struct History {
 }
 
 impl History {
-    /// A history with room for so many operations.
-    pub fn with_capacity(operations: usize) -> Self {
-        Self { operations: Vec::with_capacity(operations), ..Self::default() }
-    }
-
     /// Appends an operation to the level under way; `flips` as in [`Operation::apply`].
     pub fn push(&mut self, vertex: Vertex, site: Site, flips: impl IntoIterator<Item = Vertex>) {
         let first_flip = self.flips.len() as u32;
-        // An eighth more at a time: of a list that doubles, half may stay empty.
-        if self.flips.capacity() - self.flips.len() < ROOM {
-            self.flips.reserve_exact(self.flips.len() / 8 + ROOM);
-        }
+        make_room(&mut self.flips);
         self.flips.extend(flips);
         let flip_count = self.flips.len() as u32 - first_flip;
+        make_room(&mut self.operations);
         self.operations.push(Operation { vertex, site, first_flip, flip_count });
+    }
+
+    /// Gives back the room for operations that there are not.
+    #[cfg(feature = "encode")]
+    pub(crate) fn shrink_to_fit(&mut self) {
+        self.operations.shrink_to_fit();
+        self.flips.shrink_to_fit();
     }
 
     /// Says which components the level under way has and the next coarser one has not: no operation of the level is on them.
@@ -75,6 +75,13 @@ impl History {
         let Some(&end) = self.ends.get(j) else { return &[] };
         let start = j.checked_sub(1).map_or(0, |finer| self.ends[finer]);
         &self.operations[start..end]
+    }
+
+    /// Triangles that all levels together have at most, with so many in the base.
+    #[cfg(feature = "encode")]
+    pub(crate) fn most_triangles(&self, base: usize) -> usize {
+        let born = self.births.iter().flatten().map(|birth| birth.table.triangle_count());
+        base + 2 * self.operations.len() + born.sum::<usize>()
     }
 
     /// All operations, in the order of removal.
@@ -114,6 +121,13 @@ impl History {
     /// Bytes held.
     pub fn memory(&self) -> usize {
         self.operations.capacity() * size_of::<Operation>() + self.flips.capacity() * size_of::<Vertex>()
+    }
+}
+
+/// Makes room for what an operation appends, an eighth more at a time: of a list that doubles, half may stay empty.
+fn make_room<T>(list: &mut Vec<T>) {
+    if list.capacity() - list.len() < ROOM {
+        list.reserve_exact(list.len() / 8 + ROOM);
     }
 }
 

@@ -2,6 +2,7 @@
 //! the edges' paths do.
 
 use super::bodies::Bodies;
+use super::fours::Fours;
 use super::frame::Places;
 use super::paths::Paths;
 use crate::mesh::distance::point_triangle_distance_squared;
@@ -45,16 +46,18 @@ pub struct LevelError {
 /// By what it is told how far a level is off once its vertices have moved.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Traces {
-    /// Some of the input's vertices, the same ones at each level.
-    pub probes: Vec<Probe>,
+    /// Some of the input's vertices, the same ones at each level, each before the corners of the triangle that covers it: three times itself
+    /// where it is one of the level's.
+    pub probes: Fours,
     /// For each probe its squared distance from the level's boundary, in steps of the lattice, where it is on the input's, else 0; none where
     /// all are 0.
     pub outline: Vec<f32>,
-    /// The removed vertices that are farther off than a part of the largest distance, each with the triangle that covers it.
-    pub vertices: Vec<(Vertex, [Vertex; 3])>,
-    /// So the edges: their ends, the vertices on their left and on their right ([`Vertex::NONE`] at the boundary), and how far off they are at
-    /// most, in steps of the lattice.
-    pub edges: Vec<([Vertex; 4], f32)>,
+    /// The removed vertices that are farther off than a part of the largest distance, each before the triangle that covers it.
+    pub vertices: Fours,
+    /// So the edges: their ends, the vertices on their left and on their right ([`Vertex::NONE`] at the boundary).
+    pub edges: Fours,
+    /// How far off each of these edges is at most, in steps of the lattice.
+    pub distances: Vec<f32>,
     /// The largest distance, in steps of the lattice.
     pub most: f64,
     /// That of what is in neither list, at most; rounding included.
@@ -63,15 +66,6 @@ pub struct Traces {
     pub missing: f64,
     /// The size of the largest of them, in steps of the lattice: as far off it counts, however the level's vertices move.
     pub largest_missing: f64,
-}
-
-/// A vertex of the input, and where a level has it.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Probe {
-    /// The vertex.
-    pub vertex: Vertex,
-    /// The triangle that covers it; three times itself where it is one of the level's.
-    pub corners: [Vertex; 3],
 }
 
 const NONE: u32 = u32::MAX;
@@ -101,14 +95,14 @@ impl Covering {
         }
     }
 
-    /// The triangles that are left, in order, are now numbered as in this list.
-    pub fn compact(&mut self, there: &[Triangle]) {
-        for (k, t) in there.iter().enumerate() {
+    /// The triangles that there are will be numbered anew, in order.
+    pub fn compact(&mut self, table: &CornerTable) {
+        self.paths.compact(table);
+        for (k, t) in table.triangles().enumerate() {
             self.first[k] = self.first[t.index()];
         }
-        self.first.truncate(there.len());
+        self.first.truncate(table.triangle_count());
         self.first.shrink_to_fit();
-        self.paths.compact(there);
     }
 
     /// Takes the vertices off a triangle that is about to be rewritten.
@@ -178,22 +172,23 @@ impl Covering {
         let rounding = 0.75f64.sqrt();
         let squared = |share: f64| ((share * most - rounding).max(0.0) * places.frame.step()).powi(2) as f32;
         let least = squared(SHARES[0]);
+        let before = |v: Vertex, [a, b, c]: [Vertex; 3]| [v, a, b, c];
         let (mut probes, mut vertices) = (Vec::new(), Vec::new());
         for t in table.triangles() {
             let mut at = self.first[t.index()];
             while at != NONE {
                 if self.distances[at as usize] > least {
-                    vertices.push((Vertex(at), table.triangle(t)));
+                    vertices.push(before(Vertex(at), table.triangle(t)));
                 }
                 if self.picked[at as usize] {
-                    probes.push(Probe { vertex: Vertex(at), corners: table.triangle(t) });
+                    probes.push(before(Vertex(at), table.triangle(t)));
                 }
                 at = self.next[at as usize];
             }
         }
         let picked = self.picked.iter_ones().map(|v| Vertex(v as u32));
         let there = picked.filter(|&v| v.index() < table.vertex_slots() && table.corner_of(v).is_some());
-        probes.extend(there.map(|v| Probe { vertex: v, corners: [v; 3] }));
+        probes.extend(there.map(|v| [v; 4]));
         let edges = self.paths.edges(table).filter(|&(_, squared)| squared > least).map(|(c, squared)| {
             let (a, b) = table.edge(c);
             let o = table.opposite(c);
@@ -205,29 +200,27 @@ impl Covering {
         if vertices.len() + edges.len() > FEW_TRACES.max(self.weights.len() / TRACES) {
             let least = squared(SHARES[1]);
             left_out = SHARES[1] * most;
-            vertices.retain(|(v, _)| self.distances[v.index()] > least);
+            vertices.retain(|[v, ..]| self.distances[v.index()] > least);
             edges.retain(|&(_, squared)| squared > least);
         }
-        for (_, distance) in &mut edges {
-            *distance = (f64::from(*distance).sqrt() / places.frame.step()).min(most) as f32;
-        }
+        let steps = |squared: f32| (f64::from(squared).sqrt() / places.frame.step()).min(most) as f32;
+        let distances = edges.iter().map(|&(_, squared)| steps(squared)).collect();
+        let edges: Vec<_> = edges.into_iter().map(|(edge, _)| edge).collect();
         let outline = self.outline_of(&probes, places);
         // All levels' are kept until the last one is there.
-        probes.shrink_to_fit();
-        vertices.shrink_to_fit();
-        edges.shrink_to_fit();
+        let [probes, vertices, edges] = [probes, vertices, edges].map(Fours::from);
         let unit = places.frame.length(1.0);
         let total: f64 = self.weights.iter().map(|&weight| f64::from(weight)).sum();
         let missing = if total > 0.0 { self.missing / total * unit * unit } else { 0.0 };
         let largest_missing = self.largest_missing.sqrt() / places.frame.step();
         let left_out = left_out.max(rounding);
-        Traces { probes, outline, vertices, edges, most, left_out, missing, largest_missing }
+        Traces { probes, outline, vertices, edges, distances, most, left_out, missing, largest_missing }
     }
 
     /// For each probe its squared distance from the level's boundary, in steps of the lattice; none where all are 0.
-    fn outline_of(&self, probes: &[Probe], places: &Places) -> Vec<f32> {
+    fn outline_of(&self, probes: &[[Vertex; 4]], places: &Places) -> Vec<f32> {
         let (outline, step) = (self.paths.outline(), places.frame.step() as f32);
-        let off = |probe: &Probe| outline[probe.vertex.index()] / (step * step).max(f32::MIN_POSITIVE);
+        let off = |[v, ..]: &[Vertex; 4]| outline[v.index()] / (step * step).max(f32::MIN_POSITIVE);
         let outline: Vec<f32> = probes.iter().map(off).collect();
         if outline.iter().all(|&squared| squared == 0.0) { Vec::new() } else { outline }
     }

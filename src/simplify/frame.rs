@@ -36,19 +36,19 @@ impl Frame {
     }
 }
 
-/// Input positions, seen in the unit cube.
+/// Input positions, as numbers or in steps of a lattice, seen in the unit cube.
 #[derive(Clone, Copy, Debug)]
-pub struct Places<'a> {
+pub struct Places<'a, T = f64> {
     /// In the input's units.
-    pub positions: &'a [[f64; 3]],
+    pub positions: &'a [[T; 3]],
     /// The cube.
     pub frame: Frame,
 }
 
-impl Places<'_> {
+impl<T: Copy + Into<f64>> Places<'_, T> {
     /// Where a vertex lies, in the unit cube.
     #[inline]
     pub fn at(&self, v: Vertex) -> DVec3 {
-        self.frame.inside(self.positions[v.index()])
+        self.frame.inside(self.positions[v.index()].map(Into::into))
     }
 }

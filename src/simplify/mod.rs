@@ -8,6 +8,7 @@
 mod births;
 mod bodies;
 mod covering;
+mod fours;
 mod frame;
 mod level;
 mod metric;
@@ -27,7 +28,8 @@ mod values;
 
 pub use births::Births;
 pub use bodies::Bodies;
-pub use covering::{LevelError, Probe, Traces};
+pub use covering::{LevelError, Traces};
+pub use fours::Fours;
 pub use moved::Moved;
 pub use seams::Features;
 pub use seconds::Seconds;
@@ -268,7 +270,8 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    let Remover { table: base, history, covering, .. } = remover;
+    let Remover { table: base, mut history, covering, .. } = remover;
+    history.shrink_to_fit();
     let (weights, input, bodies) = covering.into_parts();
     let charts_to = charts_to.unwrap_or(history.level_count());
     Ok(Simplified { base, history, errors, traces, weights, input, bodies, charts_to, seconds })
@@ -332,8 +335,8 @@ mod tests {
                     }
                     // Places have been given back on the way; order and corners are as they were.
                     let mut base = done.base;
-                    table.compact();
-                    base.compact();
+                    table.close_up();
+                    base.close_up();
                     assert_eq!(table, base);
                     assert_eq!(done.errors.len(), done.history.level_count() + 1);
                 }

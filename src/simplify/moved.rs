@@ -14,21 +14,16 @@ use glam::DVec3;
 
 /// The input, and how far moved levels are from it; all in steps of the lattice.
 #[derive(Debug)]
-pub struct Moved {
+pub struct Moved<'a> {
     paths: Paths,
-    positions: Vec<[f64; 3]>,
-    frame: Frame,
+    places: Places<'a, i32>,
 }
 
-impl Moved {
+impl<'a> Moved<'a> {
     /// The input, its vertices on the lattice.
-    pub fn new(input: CornerTable, bodies: Bodies, positions: &[[i32; 3]], bits: u32) -> Self {
+    pub fn new(input: CornerTable, bodies: Bodies, positions: &'a [[i32; 3]], bits: u32) -> Self {
         let lattice = Lattice { origin: [0.0; 3], step: 1.0, bits };
-        Self {
-            paths: Paths::of(input, bodies),
-            positions: positions.iter().map(|p| p.map(f64::from)).collect(),
-            frame: Frame::new(&lattice),
-        }
+        Self { paths: Paths::of(input, bodies), places: Places { positions, frame: Frame::new(&lattice) } }
     }
 
     /// The largest distance of either surface from the other one, given that none of the level's vertices has moved farther than
@@ -38,26 +33,26 @@ impl Moved {
         if farthest == 0.0 || traces.most == 0.0 {
             return traces.most;
         }
-        let step = self.frame.step();
-        let places = Places { positions: &self.positions, frame: self.frame };
-        let at = |v: Vertex| self.frame.inside(moved[v.index()].map(f64::from));
+        let (paths, places) = (&mut self.paths, self.places);
+        let step = places.frame.step();
+        let at = |v: Vertex| places.frame.inside(moved[v.index()].map(f64::from));
         // What is not among the traces is at most so far off.
         let rounding = 0.75f64.sqrt();
         let mut most = (farthest * step).powi(2);
-        for &(v, corners) in &traces.vertices {
-            let [a, b, c] = corners.map(at);
+        for [v, a, b, c] in traces.vertices.iter() {
+            let [a, b, c] = [a, b, c].map(at);
             most = most.max(point_triangle_distance_squared(places.at(v), a, b, c));
         }
         let mut most = most as f32;
         let apart = |v: Vertex| places.at(v).distance(at(v));
-        let bound = |&(corners, distance): &([Vertex; 4], f32)| {
+        let bound = |(corners, &distance): ([Vertex; 4], &f32)| {
             let [a, b, ..] = corners;
             ((f64::from(distance) * step + apart(a).max(apart(b))) as f32, corners)
         };
         // What is hardly farther than something else may as well be told.
         let enough = most.sqrt() * NEARLY;
         let mut told = 0.0f32;
-        let mut edges: Vec<_> = traces.edges.iter().map(bound).collect();
+        let mut edges: Vec<_> = traces.edges.iter().zip(&traces.distances).map(bound).collect();
         edges.retain(|&(bound, _)| {
             told = told.max(if bound <= enough { bound } else { 0.0 });
             bound > enough
@@ -69,7 +64,7 @@ impl Moved {
                 break;
             }
             let moved = corners.map(|v| if v == Vertex::NONE { DVec3::NAN } else { at(v) });
-            let squared = self.paths.of_moved(&places, corners, moved, most);
+            let squared = paths.of_moved(&places, corners, moved, most);
             most = most.max(squared.min(bound * bound));
         }
         let found = f64::from(most.sqrt().max(told)) / step + rounding;
@@ -82,26 +77,30 @@ const NEARLY: f32 = 1.025;
 
 #[cfg(test)]
 mod tests {
+    use super::super::fours::Fours;
     use super::*;
 
     /// A pyramid of height 300 on a square of side 1000, of which the level has the square, cut from corner 0 to corner 2.
-    fn pyramid() -> (Moved, Traces, Vec<[i32; 3]>) {
+    fn pyramid() -> (CornerTable, Traces, Vec<[i32; 3]>) {
         let positions = vec![[0, 0, 500], [1000, 0, 500], [1000, 1000, 500], [0, 1000, 500], [500, 500, 800]];
         let sides = [[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]];
         let input = CornerTable::from_triangles(5, &sides).unwrap();
         let [a, b, c, d, tip] = [0, 1, 2, 3, 4].map(Vertex);
         let traces = Traces {
-            vertices: vec![(tip, [a, b, c])],
-            edges: vec![([a, c, d, b], 300.0)],
+            vertices: vec![[tip, a, b, c]].into(),
+            edges: vec![[a, c, d, b]].into(),
+            distances: vec![300.0],
             most: 300.0 + 0.75f64.sqrt(),
             left_out: 150.0,
             ..Traces::default()
         };
-        (Moved::new(input, Bodies::default(), &positions, 10), traces, positions)
+        (input, traces, positions)
     }
 
     fn error(up: i32, change: impl Fn(&mut Traces)) -> f64 {
-        let (mut moved, mut traces, mut positions) = pyramid();
+        let (input, mut traces, finest) = pyramid();
+        let mut moved = Moved::new(input, Bodies::default(), &finest, 10);
+        let mut positions = finest.clone();
         change(&mut traces);
         for corner in [0, 2] {
             positions[corner][2] += up;
@@ -131,14 +130,14 @@ mod tests {
     #[test]
     fn both_kinds_of_traces_count() {
         for up in [50, -50] {
-            let found = error(up, |traces| traces.edges.clear());
+            let found = error(up, |traces| traces.edges = Fours::default());
             assert!((found - of_tip(up)).abs() < 0.01, "{up}: {found}");
             // The middle of the cut is nearest to the pyramid's sides, square to them.
-            let found = error(up, |traces| traces.vertices.clear());
+            let found = error(up, |traces| traces.vertices = Fours::default());
             let far = f64::from(300 - up) * 500.0 / 500f64.hypot(300.0);
             assert!((found - far).abs() < 0.02, "{up}: {found} for {far}");
             // Without either, what may have been left out.
-            let found = error(up, |traces| (traces.vertices.clear(), traces.edges.clear()).0);
+            let found = error(up, |traces| (traces.vertices, traces.edges) = Default::default());
             assert!((found - 200.0).abs() < 1.0, "{up}: {found}");
         }
     }
@@ -147,10 +146,12 @@ mod tests {
     #[test]
     fn a_detour_does_not_count() {
         for end in [0, 2] {
-            let (mut moved, mut traces, mut positions) = pyramid();
-            traces.vertices.clear();
+            let (input, mut traces, finest) = pyramid();
+            let mut moved = Moved::new(input, Bodies::default(), &finest, 10);
+            let mut positions = finest.clone();
+            traces.vertices = Fours::default();
             // Of the edge 40 are known: the way over the tip is not believed.
-            traces.edges[0].1 = 40.0;
+            traces.distances[0] = 40.0;
             (traces.most, traces.left_out) = (200.0, 20.0);
             positions[end][2] -= 10;
             let found = moved.error(&traces, &positions, 10.0) - 0.75f64.sqrt();

@@ -8,11 +8,11 @@ use glam::DVec3;
 
 /// Where the nearest point of the input is looked for from.
 #[derive(Clone, Copy, Debug)]
-pub struct Near<'a> {
+pub struct Near<'a, T> {
     /// The input.
     pub input: &'a CornerTable,
     /// Its vertices.
-    pub places: &'a Places<'a>,
+    pub places: &'a Places<'a, T>,
     /// Which of them are of which body.
     pub bodies: &'a Bodies,
     /// The corners of a level's triangle.
@@ -24,7 +24,7 @@ pub struct Near<'a> {
 /// The squared distance of the farthest of some points of a level's triangle from the input, but for its corners, which are at most as far
 /// off as they have moved. Points lie on the triangle's edges and inside; where they are nearly as far off as `most` (squared), there are
 /// more of them.
-pub fn farthest_of_triangle(near: &Near, triangle: [DVec3; 3], most: f32) -> f32 {
+pub fn farthest_of_triangle<T: Copy + Into<f64>>(near: &Near<T>, triangle: [DVec3; 3], most: f32) -> f32 {
     let mut found = farthest_point(near, triangle, most, &[]);
     // What would be the farthest of all may only have been looked for in the wrong place: all of the input is asked for a better one.
     let mut starts = Vec::new();
@@ -39,7 +39,7 @@ pub fn farthest_of_triangle(near: &Near, triangle: [DVec3; 3], most: f32) -> f32
     found.0 as f32
 }
 
-impl Near<'_> {
+impl<T: Copy + Into<f64>> Near<'_, T> {
     /// A vertex of the triangle's body near a point: the nearest of some from all over.
     fn closest(&self, p: DVec3) -> Vertex {
         let body = self.bodies.around(self.corners[0], self.places.positions.len());
@@ -51,8 +51,8 @@ impl Near<'_> {
 }
 
 /// The farthest of some points, squared, and which it is; also looked for from some more vertices.
-fn farthest_point(
-    &Near { input, places, bodies: _, corners, met: known }: &Near,
+fn farthest_point<T: Copy + Into<f64>>(
+    &Near { input, places, bodies: _, corners, met: known }: &Near<T>,
     [a, b, c]: [DVec3; 3],
     most: f32,
     starts: &[Vertex],
@@ -61,15 +61,17 @@ fn farthest_point(
     let mut last = input.corner_of(corners[0]).triangle();
     let enough = CLOSE * f64::from(most);
     let step = known.len().div_ceil(ASKED).max(1);
+    let mut descents = Descents::new(input, places, enough);
     let mut measure = |u: f64, v: f64| {
         let p = at(u, v);
-        let mut found = descend(input, places, p, last, enough);
+        descents.aim(p);
+        let mut found = descents.from(last);
         if found.0 > enough {
             let apart = |v: &Vertex| places.at(*v).distance_squared(p);
             let near =
                 corners.iter().chain(known.iter().step_by(step)).min_by(|v, w| apart(v).total_cmp(&apart(w)));
             let start = near.map_or(last, |&v| input.corner_of(v).triangle());
-            let other = descend(input, places, p, start, enough);
+            let other = descents.from(start);
             found = if other.0 < found.0 { other } else { found };
         }
         // What would be the farthest of all is looked for from all sides: from the nearest vertex the way may end before a notch of the
@@ -77,7 +79,7 @@ fn farthest_point(
         if found.0 > f64::from(most) {
             let sides = known.iter().step_by(known.len().div_ceil(SIDES).max(1));
             for &v in starts.iter().chain(&corners).chain(sides) {
-                let other = descend(input, places, p, input.corner_of(v).triangle(), enough);
+                let other = descents.from(input.corner_of(v).triangle());
                 found = if other.0 < found.0 { other } else { found };
             }
         }
@@ -114,43 +116,102 @@ fn farthest_point(
     (best.0, at(best.1, best.2))
 }
 
-/// The squared distance of a point from a triangle of the input, and that triangle: from `start` on to neighbours as long as one is nearer,
-/// and until one is near `enough`. So it is never less than the distance from the input.
-fn descend(input: &CornerTable, places: &Places, p: DVec3, start: Triangle, enough: f64) -> (f64, Triangle) {
-    let mut best = (f64::INFINITY, start);
-    let mut look = |t: Triangle| {
-        let [a, b, c] = input.triangle(t).map(|v| places.at(v));
-        let squared = point_triangle_distance_squared(p, a, b, c);
-        if squared < best.0 {
-            best = (squared, t);
-        }
-        best
-    };
-    let (mut at, mut next) = (start, look(start));
-    for _ in 0..STEPS {
-        for corner in at.corners() {
-            let mut c = input.swing(corner);
-            let mut left = FAN;
-            while c.is_some() && c != corner && left > 0 && next.0 > enough {
-                next = look(c.triangle());
-                c = input.swing(c);
-                left -= 1;
-            }
-            // Past a boundary, or far round a vertex of many triangles, the other way round.
-            let mut c = if c == corner { Corner::NONE } else { swing_back(input, corner) };
-            left = FAN;
-            while c.is_some() && left > 0 && next.0 > enough {
-                next = look(c.triangle());
-                c = swing_back(input, c);
-                left -= 1;
-            }
-        }
-        if next.1 == at || next.0 <= enough {
-            break;
-        }
-        at = next.1;
+/// Ways to the triangle of the input that is nearest to a point, with what those before have met.
+struct Descents<'a, T> {
+    input: &'a CornerTable,
+    places: &'a Places<'a, T>,
+    enough: f64,
+    point: DVec3,
+    /// How many points there have been.
+    number: u32,
+    met: [Met; MET],
+    /// Whether a way to this point was given up.
+    is_cut_short: bool,
+}
+
+/// A triangle met on the way to a point.
+#[derive(Clone, Copy, Debug)]
+struct Met {
+    /// The number of the point; 0 of none.
+    point: u32,
+    triangle: Triangle,
+    /// Whether a way has led on from here.
+    is_left: bool,
+    squared: f64,
+}
+
+impl<'a, T: Copy + Into<f64>> Descents<'a, T> {
+    fn new(input: &'a CornerTable, places: &'a Places<'a, T>, enough: f64) -> Self {
+        let none = Met { point: 0, triangle: Triangle::NONE, is_left: false, squared: 0.0 };
+        Self { input, places, enough, point: DVec3::ZERO, number: 0, met: [none; MET], is_cut_short: false }
     }
-    next
+
+    /// A new point.
+    fn aim(&mut self, point: DVec3) {
+        (self.point, self.is_cut_short) = (point, false);
+        self.number += 1;
+    }
+
+    /// The squared distance of the point from a triangle of the input, and that triangle: from `start` on to neighbours as long as one is
+    /// nearer, and until one is near enough. So it is never less than the distance from the input. Where an earlier way to this point has gone
+    /// on from the same triangle, it has found as much, and nothing is found.
+    fn from(&mut self, start: Triangle) -> (f64, Triangle) {
+        let input = self.input;
+        let (mut at, mut next) = (start, (self.squared(start), start));
+        let mut look = |this: &mut Self, c: Corner| {
+            let squared = this.squared(c.triangle());
+            if squared < next.0 {
+                next = (squared, c.triangle());
+            }
+            next
+        };
+        for _ in 0..STEPS {
+            let met = self.met(at);
+            if std::mem::replace(&mut met.is_left, true) && !self.is_cut_short {
+                return (f64::INFINITY, start);
+            }
+            let mut least = look(self, at.corner(0));
+            for corner in at.corners() {
+                let mut c = input.swing(corner);
+                let mut left = FAN;
+                while c.is_some() && c != corner && left > 0 && least.0 > self.enough {
+                    least = look(self, c);
+                    c = input.swing(c);
+                    left -= 1;
+                }
+                // Past a boundary, or far round a vertex of many triangles, the other way round.
+                let mut c = if c == corner { Corner::NONE } else { swing_back(input, corner) };
+                left = FAN;
+                while c.is_some() && left > 0 && least.0 > self.enough {
+                    least = look(self, c);
+                    c = swing_back(input, c);
+                    left -= 1;
+                }
+            }
+            if least.1 == at || least.0 <= self.enough {
+                return least;
+            }
+            at = least.1;
+        }
+        self.is_cut_short = true;
+        next
+    }
+
+    fn squared(&mut self, t: Triangle) -> f64 {
+        self.met(t).squared
+    }
+
+    /// What is known of a triangle, of this point.
+    #[inline]
+    fn met(&mut self, t: Triangle) -> &mut Met {
+        let met = &mut self.met[t.index() % MET];
+        if met.triangle != t || met.point != self.number {
+            let [a, b, c] = self.input.triangle(t).map(|v| self.places.at(v));
+            let squared = point_triangle_distance_squared(self.point, a, b, c);
+            *met = Met { point: self.number, triangle: t, is_left: false, squared };
+        }
+        met
+    }
 }
 
 /// The next corner at the same vertex, clockwise.
@@ -175,6 +236,8 @@ const ALL_OVER: usize = 16_384;
 const STARTS: usize = 3;
 /// Triangles looked at round a corner, each way.
 const FAN: u32 = 32;
+/// Triangles that are remembered on the way, if all goes well.
+const MET: usize = 128;
 /// Triangles on the way to the nearest.
 const STEPS: u32 = 256;
 

@@ -49,12 +49,12 @@ impl Paths {
         self.farthest.0[t.index()].into_iter().map(f32::abs).fold(0.0, f32::max)
     }
 
-    /// The triangles that are left of the level, in order, are now numbered as in this list.
-    pub fn compact(&mut self, there: &[Triangle]) {
-        for (k, t) in there.iter().enumerate() {
+    /// The triangles that there are of the level will be numbered anew, in order.
+    pub fn compact(&mut self, table: &CornerTable) {
+        for (k, t) in table.triangles().enumerate() {
             self.farthest.0[k] = self.farthest.0[t.index()];
         }
-        self.farthest.0.truncate(there.len());
+        self.farthest.0.truncate(table.triangle_count());
         self.farthest.0.shrink_to_fit();
     }
 
@@ -86,32 +86,29 @@ impl Paths {
 
     /// The largest squared distance between the level and the input, both ways, where that of vertices alone is `most`.
     pub fn farthest(&mut self, table: &CornerTable, places: &Places, mut most: f32) -> f32 {
-        let (mut far, mut unknown) = (Vec::new(), Vec::new());
-        for c in table.triangles().flat_map(|t| t.corners()) {
-            let beyond = table.opposite(c);
-            if beyond.is_some() && beyond < c {
-                continue;
-            }
+        let (mut far, bound_of_vertices) = (Vec::new(), most);
+        let once = |&c: &Corner| table.opposite(c).is_none() || table.opposite(c) > c;
+        for c in table.triangles().flat_map(|t| t.corners()).filter(once) {
             let mut squared = self.farthest[c];
             if squared.is_nan() {
                 squared = self.follow(table, places, c);
             }
             if squared > most {
                 far.push((squared, c));
-            } else if -squared > most {
-                unknown.push((-squared, c));
             }
         }
         // The farther some edges are known to be, the fewer others have to be followed.
         most = self.closely(table, places, far, most);
         let (mut far, mut told) = (Vec::new(), 0.0f32);
-        for (bound, c) in unknown {
+        // A list of these edges would be as long as all that is known of a level.
+        for c in table.triangles().flat_map(|t| t.corners()).filter(once) {
+            let bound = -self.farthest[c];
             if bound > most * NEARLY {
                 let squared = self.follow(table, places, c);
                 if squared > most {
                     far.push((squared, c));
                 }
-            } else {
+            } else if bound > bound_of_vertices {
                 told = told.max(bound);
             }
         }
@@ -196,9 +193,9 @@ impl Paths {
     }
 
     /// Along the input's boundary: the largest squared distance from an edge between two points; `told` of each vertex.
-    fn boundary(
+    fn boundary<T: Copy + Into<f64>>(
         &mut self,
-        places: &Places,
+        places: &Places<T>,
         [from, to]: [Vertex; 2],
         [a, b]: [DVec3; 2],
         mut told: impl FnMut(Vertex, f32),
@@ -234,7 +231,13 @@ impl Paths {
     /// The squared distance of an edge whose ends have moved from its path on the input, or a bound of it; where that is above `most`, how
     /// far its triangles are from the input, measured at points. `corners` are its ends and the vertices on its left and on its right
     /// ([`Vertex::NONE`] at the boundary), `moved` where they are.
-    pub fn of_moved(&mut self, places: &Places, corners: [Vertex; 4], moved: [DVec3; 4], most: f32) -> f32 {
+    pub fn of_moved<T: Copy + Into<f64>>(
+        &mut self,
+        places: &Places<T>,
+        corners: [Vertex; 4],
+        moved: [DVec3; 4],
+        most: f32,
+    ) -> f32 {
         let ([a, b, c, d], [p, q, r, s]) = (corners, moved);
         self.met.clear();
         let boundary = d == Vertex::NONE;
@@ -265,9 +268,9 @@ impl Paths {
 
     /// From one vertex straight to another: how far the way is from the edge between two points. `None` where it ends at the boundary or
     /// leads elsewhere.
-    fn cut(
+    fn cut<T: Copy + Into<f64>>(
         &mut self,
-        places: &Places,
+        places: &Places<T>,
         [from, to]: [Vertex; 2],
         normal: DVec3,
         edge: [DVec3; 2],

@@ -110,7 +110,7 @@ impl<'a> Remover<'a> {
         Self {
             vertices,
             covering: Covering::new(&table, &places, bodies),
-            history: History::with_capacity(vertices),
+            history: History::default(),
             pattern: None,
             energies: Energies {
                 costs: vec![f32::NAN; count],
@@ -131,16 +131,15 @@ impl<'a> Remover<'a> {
 
     /// Begins a level: nothing is blocked.
     pub fn begin_level(&mut self, pattern: Option<Pattern>) {
-        // What removed triangles have left is most of the memory by and by.
-        if self.table.slots() > SPARSE * self.table.triangle_count() {
-            let there = self.table.compact();
-            self.covering.compact(&there);
-            if let Some(seams) = &mut self.seams {
-                seams.compact(&there);
+        // What removed triangles have left is most of the memory by and by, and what is near each other is read sooner.
+        if SPARSE * self.table.slots() > (SPARSE + 1) * self.table.triangle_count() {
+            self.covering.compact(&self.table);
+            if self.seams.is_some() || self.corners.is_some() {
+                let there: Vec<_> = self.table.triangles().collect();
+                self.seams.iter_mut().for_each(|seams| seams.compact(&there));
+                self.corners.iter_mut().for_each(|corners| corners.compact(&there));
             }
-            if let Some(corners) = &mut self.corners {
-                corners.compact(&there);
-            }
+            self.table.close_up();
         }
         // The pattern is part of what a removal costs.
         if pattern.is_some() || self.pattern.is_some() {
@@ -153,7 +152,8 @@ impl<'a> Remover<'a> {
     /// The vertices neither locked nor where the level follows a pattern, and some finite E(v): those of one in `every`, picked at random.
     pub fn candidates(&mut self, every: u32) -> (Vec<Vertex>, Vec<f32>) {
         let start = std::time::Instant::now();
-        let free: Vec<_> = self.free().filter(|&v| !self.follows(v)).collect();
+        let mut free = Vec::with_capacity(self.vertices);
+        free.extend(self.free().filter(|&v| !self.follows(v)));
         let picked: Vec<_> = free.iter().copied().filter(|&v| is_picked(v, every)).collect();
         self.probe();
         let distortions = self.distortions(picked.iter().copied());
@@ -597,8 +597,8 @@ fn is_picked(v: Vertex, every: u32) -> bool {
 /// What an edge costs for the distance of its middle from the vertex removed.
 const MIDDLE: f32 = 1.5;
 
-/// Places for triangles, for each that is left, from which on the others are given back.
-const SPARSE: usize = 8;
+/// Triangles that are left, for each place more from which on these are given back.
+const SPARSE: usize = 4;
 
 /// Vertices that tell what is flat, before anything is known.
 const PROBES: usize = 512;

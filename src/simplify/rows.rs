@@ -160,9 +160,6 @@ fn preference(fit: f64) -> f32 {
 /// it counts less than two neighbours that should both stay.
 fn holds(table: &CornerTable, class: &[u8]) -> BitVec {
     let worth = |t: Triangle| {
-        if !table.is_live(t) {
-            return 0.0;
-        }
         let [x, y, z] = table.triangle(t).map(|v| class[v.index()]);
         let stay = [x, y, z].iter().filter(|&&c| c == STAYS).count();
         match (x != y && y != z && z != x, stay) {
@@ -172,26 +169,26 @@ fn holds(table: &CornerTable, class: &[u8]) -> BitVec {
             (false, _) => -1.0,
         }
     };
-    let mut of_triangles: Vec<f32> = (0..table.slots() as u32).map(|t| worth(Triangle(t))).collect();
-    let mut of_vertices = vec![(0.0f32, 0.0f32); table.vertex_slots()];
+    let mut of_triangles: Vec<f32> = Vec::with_capacity(table.triangle_count());
+    of_triangles.extend(table.triangles().map(worth));
+    let [mut counts, mut sums, mut means] = [(); 3].map(|()| vec![0.0f32; table.vertex_slots()]);
+    table.triangles().flat_map(|t| table.triangle(t)).for_each(|v| counts[v.index()] += 1.0);
     for _ in 0..RINGS {
-        of_vertices.fill((0.0, 0.0));
-        for t in table.triangles() {
-            for v in table.triangle(t) {
-                let (sum, count) = &mut of_vertices[v.index()];
-                (*sum, *count) = (*sum + of_triangles[t.index()], *count + 1.0);
-            }
+        sums.fill(0.0);
+        for (t, worth) in table.triangles().zip(&of_triangles) {
+            table.triangle(t).iter().for_each(|v| sums[v.index()] += worth);
         }
-        for t in table.triangles() {
-            let mean = |v: Vertex| of_vertices[v.index()].0 / of_vertices[v.index()].1;
-            let [a, b, c] = table.triangle(t).map(mean);
-            of_triangles[t.index()] = (a + b + c) / 3.0;
+        for ((mean, sum), count) in means.iter_mut().zip(&sums).zip(&counts) {
+            *mean = sum / count;
+        }
+        for (t, worth) in table.triangles().zip(&mut of_triangles) {
+            let [a, b, c] = table.triangle(t).map(|v| means[v.index()]);
+            *worth = (a + b + c) / 3.0;
         }
     }
     let mut holds = bitvec![0; table.vertex_slots()];
     for v in vertices(table) {
-        let (sum, count) = of_vertices[v.index()];
-        holds.set(v.index(), sum >= NEARLY as f32 * count);
+        holds.set(v.index(), sums[v.index()] >= NEARLY as f32 * counts[v.index()]);
     }
     holds
 }

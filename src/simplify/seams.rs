@@ -315,8 +315,8 @@ mod tests {
         }
         let [mut left, mut base] = [mesh.clone(), done.base.clone()];
         // Simplification gives the places of removed triangles back at times.
-        left.compact();
-        base.compact();
+        left.close_up();
+        base.close_up();
         assert!(left == base);
         for j in (0..done.history.level_count()).rev() {
             done.history.apply_level(&mut mesh, j).unwrap();

@@ -1,4 +1,4 @@
-//! From a fine level to a coarse one without a jump (Lu and others' octree paper, §5): vertices move to those that stand for them.
+//! From a fine level to a coarse one without a jump (Zhou, Zhang, Shi and Pan's octree paper, §5): vertices move to those that stand for them.
 //!
 //! Where a simplifier told which vertex stands for which, these are the pairs, and the way ends at the coarse mesh. Of two meshes of which
 //! nothing is known, each coarse vertex has the nearest fine one, the nearest pairs first and each but once; every other fine vertex goes to

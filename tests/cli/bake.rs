@@ -14,10 +14,10 @@ fn all_formats_show_the_same_and_name_their_map() {
     folder.write("s.glb", unweld::formats::sample_scene(0.1));
     let mut pictures = Vec::new();
     for end in ["obj", "ply", "glb", "gltf"] {
-        let command = format!("simplify s.glb -o t.{end} --ratio 30% --bake m.png --texels 64K --json");
+        let command = format!("simplify s.glb -o t.{end} --ratio 30% --bake m.png --texels 256K --json");
         let json = folder.run(&command).json();
         let texture = &json["texture"];
-        assert_eq!((&texture["width"], &texture["height"]), (&256.into(), &256.into()));
+        assert_eq!((&texture["width"], &texture["height"]), (&512.into(), &512.into()));
         assert_eq!(texture["output"], "m.png");
         assert!(texture["mean_difference"].as_f64().unwrap() < 12.0, "{texture}");
         assert_eq!(texture["material"], if end == "obj" { "t.mtl".into() } else { serde_json::Value::Null });

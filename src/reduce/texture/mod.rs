@@ -1,13 +1,14 @@
 //! The colours of a mesh, kept by a texture of its simplified version, whatever simplified it.
 //!
-//! Z. Deng and others, *A new simplification algorithm for colored or textured polygonal models*, section 4, after Soucy, Godin and Rioux (1996):
+//! Zhou, Zhang, Shi and Pan, *A new simplification algorithm for colored or textured polygonal models*, section 4, after Soucy, Godin and Rioux (1996):
 //! every triangle of the simplified mesh gets a right isosceles triangle of a map, larger for a larger area, and each of its texels the
 //! colour of the point of the original that is nearest to its own. Along an edge both sides have the same texels: the coarser side's, which a
 //! finer one repeats. All texels of a vertex have one colour.
 //!
-//! Where we depart: sides of texture triangles are powers of two without their gutters, so that a look between texels mixes no neighbour in; and
-//! pictures of the original are looked at in halves of their size where texels lie so far apart, so that nothing is skipped. Maps have no mip levels:
-//! the gutters would have to be as wide as the coarsest one's texels.
+//! Where we depart: it is the squares, two triangles each, that have sides of powers of two; triangles leave room in them for gutters, so that a look
+//! between texels mixes no neighbour in, and groups of repeated texels are as long as each other but for one. Pictures of the original are looked at
+//! in halves of their size where texels lie so far apart, so that nothing is skipped. Maps have no mip levels: the gutters would have to be as wide
+//! as the coarsest one's texels. Where surfaces touch, the nearest point of one may be on the other.
 
 mod bake;
 mod difference;

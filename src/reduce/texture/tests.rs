@@ -102,7 +102,8 @@ fn pictured() -> (IndexedMesh, Paint) {
     let places = mesh.positions.iter().flat_map(|p| [0, 1].map(|k| 0.5 + 0.3 * p[k] as f32)).collect();
     let corners = mesh.triangles.as_flattened().to_vec();
     mesh.attributes.push(Attribute::new(Semantic::TexCoord, 2, Values::F32(places), corners));
-    let wave = |k: u32, f: f64| (127.5 + 127.0 * (f64::from(k) * f / 64.0 * 6.28).sin()) as u8;
+    let wave =
+        |k: u32, f: f64| (127.5 + 127.0 * (f64::from(k) / 64.0 * f * std::f64::consts::TAU).sin()) as u8;
     let pixels =
         (0..64 * 64u32).map(|k| [wave(k % 64, 3.0), wave(k / 64, 2.0), wave(k % 64 + k / 64, 1.0), 9]);
     let image = Image { width: 64, height: 64, pixels: pixels.collect() };

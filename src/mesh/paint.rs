@@ -1,5 +1,5 @@
 //! What the surface of a mesh is painted with: the materials of its parts, and their pictures. What is drawn and what is baked into a texture
-//! look colours up in one place, [`coat`].
+//! look colours up in one place, `coat`.
 
 #[cfg(feature = "encode")]
 pub(crate) mod coat;

@@ -16,7 +16,7 @@ use crate::mesh::random::SplitMix64;
 /// that the nearest points of the original have. Of `options` the threads count. The same for any number of them.
 ///
 /// # Errors
-/// As [`bake`](super::bake).
+/// As [`bake`](fn@super::bake).
 pub fn colour_difference(
     (mesh, paint): (&IndexedMesh, &Paint),
     (original, original_paint): (&IndexedMesh, &Paint),

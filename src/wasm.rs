@@ -8,6 +8,7 @@ mod corners;
 mod json;
 mod jump;
 mod report;
+mod set;
 mod surface;
 
 use crate::codec::attributes::Attributes;
@@ -49,6 +50,8 @@ pub struct Settings {
 pub struct Client {
     settings: Settings,
     decoder: Decoder,
+    /// What the file is beside the member that [`Self::decoder`] has, where it is a set.
+    set: Option<set::Members>,
     /// The first bytes, until header and table of contents are known: no more than have been pushed.
     head: Option<Vec<u8>>,
     plan: Option<Plan>,
@@ -82,6 +85,7 @@ impl Client {
         Self {
             decoder: Decoder::new(settings.options()),
             settings,
+            set: None,
             head: Some(Vec::new()),
             plan: None,
             held: Vec::new(),
@@ -107,7 +111,9 @@ impl Client {
         match &mut self.head {
             Some(head) => {
                 head.extend_from_slice(bytes);
-                self.decoder.push(bytes);
+                if !self.is_set() {
+                    self.decoder.push(bytes);
+                }
             }
             None => {
                 if at != self.held_at + self.held.len() as u64 {
@@ -150,6 +156,9 @@ impl Client {
     /// Wants something else from now on. What has been decoded stays, be it more than that.
     pub fn want(&mut self, want: Want) {
         self.settings.want = want;
+        if self.set.is_some() {
+            return self.want_member();
+        }
         if let (Some(contents), Some(_)) = (self.decoder.contents(), &self.plan) {
             let plan = plan(contents, want);
             if self.plan.as_ref() == Some(&plan) {
@@ -167,6 +176,9 @@ impl Client {
     /// # Errors
     /// As [`Decoder::poll`]; the fault is reported too.
     pub fn poll(&mut self) -> Result<bool> {
+        if self.is_set() {
+            return self.poll_set();
+        }
         match self.decoder.poll() {
             Ok(Some(event)) => self.note(event),
             Ok(None) => {
@@ -193,7 +205,7 @@ impl Client {
         if self.is_satisfied() {
             return Ok(());
         }
-        let outcome = self.decoder.finish();
+        let outcome = if self.is_set() { Err(self.cut_set()) } else { self.decoder.finish() };
         if let Err(error) = &outcome {
             self.reports.push(report::fault(error, self.decoder.contents()));
         }
@@ -202,6 +214,9 @@ impl Client {
 
     /// The byte at which what is wanted ends, once the table of contents is known.
     pub fn end(&self) -> Option<u64> {
+        if self.set.is_some() {
+            return self.members_end();
+        }
         let end = self.plan.as_ref()?.end();
         let missing = self.decoder.missing();
         let last = missing.iter().rfind(|range| range.start < end).map(|range| range.end.min(end));
@@ -257,6 +272,9 @@ impl Client {
     /// # Errors
     /// As [`Decoder::coarsen`].
     pub fn coarsen(&mut self) -> Result<Option<u32>> {
+        if self.set.is_some() {
+            return Ok(self.step(true));
+        }
         let level = self.decoder.coarsen()?;
         self.tell_all_again();
         Ok(level)
@@ -267,6 +285,9 @@ impl Client {
     /// # Errors
     /// As [`Decoder::restore`].
     pub fn restore(&mut self) -> Result<Option<u32>> {
+        if self.set.is_some() {
+            return Ok(self.step(false));
+        }
         let level = self.decoder.restore()?;
         self.tell_all_again();
         Ok(level)
@@ -367,6 +388,9 @@ impl Client {
 
     /// Whether the decoder has been given all that is wanted. It ends with an atom, so that all of it is decoded once nothing more comes of it.
     fn is_satisfied(&self) -> bool {
+        if self.set.is_some() {
+            return self.has_members();
+        }
         let is_behind = |end| self.decoder.missing().first().is_none_or(|range| range.start >= end);
         self.plan.as_ref().map(Plan::end).is_some_and(is_behind)
     }

@@ -1,9 +1,11 @@
 //! What a browser gets (feature `wasm`): a copy of the mesh that changes are applied to is the mesh.
 
 use unweld::codec::grid::Real;
-use unweld::container::{AttributeEntry, Level, Measure, Want, parse_contents};
+use unweld::container::{AttributeEntry, Level, Measure, Want, parse_contents, parse_set};
 use unweld::decoder::{Options, decode};
-use unweld::encoder::{AttributeBirth, Encoder, Keyframes, Options as Encoding, Preview};
+use unweld::encoder::{
+    AttributeBirth, Encoder, Keyframes, Options as Encoding, Preview, SetInput, SetOrder, Source, encode_set,
+};
 use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Values};
 use unweld::mesh::distance::{Sampling, surface_distances};
 use unweld::mesh::{IndexedMesh, shapes};
@@ -309,6 +311,92 @@ fn what_is_wanted_may_change() {
     while client.poll().unwrap() {}
     copy.apply(&client.take());
     assert_eq!(copy.soup(), whole);
+}
+
+/// A mesh with attributes and a residue, most of its triangles without them, and something else, as members 0, 1 and 2.
+fn members() -> [IndexedMesh; 3] {
+    let mut fine = shapes::bumpy_sphere(3, 1);
+    let part = IndexedMesh::new(fine.positions.clone(), fine.triangles[..700].to_vec());
+    fine.triangles.push(fine.triangles[9]);
+    [dressed(fine), part, shapes::torus(9, 7)]
+}
+
+fn set(order: SetOrder) -> Vec<u8> {
+    let inputs = members().map(|mesh| SetInput { mesh, source: Source::default(), exact: None });
+    let options = Encoding { position_bits: 12, ..Encoding::default() };
+    let mut file = Vec::new();
+    encode_set(&inputs, order, &options, &mut |_, _| true, &mut file).expect("it can be encoded");
+    file
+}
+
+#[test]
+fn members_of_a_set_take_each_others_place() {
+    let triangles = members().map(|mesh| mesh.triangles.len());
+    for order in [SetOrder::Stream, SetOrder::Small] {
+        let file = set(order);
+        let contents = parse_set(&file).unwrap().unwrap();
+        assert!(contents.members.iter().any(|member| member.leans));
+        // Each as a mesh of its own, for comparison; where its vertices are told by others this is what decoding those gives.
+        let mut soups = Vec::new();
+        for (piece, every) in [(file.len(), 1), (100, 1), (1, 1000), (17, 3)] {
+            let settings = Settings { undo: true, ..Settings::default() };
+            let (mut client, mut copy, report) = follow(&file, piece, every, settings);
+            let mut told = vec![copy.soup()];
+            assert_eq!(copy.dress.alive.len(), 4, "{order:?}: the finest has its attributes");
+            while let Some(number) = client.coarsen().unwrap() {
+                copy.entries = client.decoder().contents().unwrap().attributes.clone();
+                copy.apply(&client.take());
+                assert_eq!(told.len(), number as usize);
+                told.push(copy.soup());
+            }
+            assert_eq!(told.iter().map(Vec::len).collect::<Vec<_>>(), triangles);
+            while client.restore().unwrap().is_some() {}
+            copy.entries = client.decoder().contents().unwrap().attributes.clone();
+            copy.apply(&client.take());
+            assert_eq!(copy.soup(), told[0]);
+            let shown = if order == SetOrder::Stream { 3 } else { 1 };
+            assert_eq!(report.matches(r#""type":"level""#).count(), shown, "{order:?}");
+            assert!(report.matches(r#""type":"end""#).count() == 1 && report.contains(r#""set":true"#));
+            soups.push(told);
+        }
+        assert!(soups.windows(2).all(|pair| pair[0] == pair[1]), "{order:?}: however it is cut");
+
+        let settings = Settings { want: Want::Level(1), ..Settings::default() };
+        let (mut client, mut copy, _) = follow(&file, 50, 1, settings);
+        assert_eq!(copy.soup(), soups[0][1], "{order:?}");
+        assert_eq!(client.end(), Some(contents.members[1].bytes.end));
+        client.want(Want::All);
+        while client.poll().unwrap() {}
+        client.finish().unwrap();
+        copy.entries = client.decoder().contents().unwrap().attributes.clone();
+        copy.apply(&client.take());
+        assert_eq!(copy.soup(), soups[0][0], "{order:?}");
+    }
+}
+
+#[test]
+fn faults_of_a_set() {
+    let file = set(SetOrder::Stream);
+    let contents = parse_set(&file).unwrap().unwrap();
+    let told = |bytes: &[u8]| {
+        let mut client = Client::new(Settings::default());
+        client.push(0, bytes);
+        let outcome = std::iter::from_fn(|| Some(client.poll())).find(|told| !matches!(told, Ok(true)));
+        match outcome {
+            Some(Err(error)) => error.to_string(),
+            _ => client.finish().unwrap_err().to_string(),
+        }
+    };
+    let mut wrong = file.clone();
+    let at = contents.members[1].bytes.start;
+    wrong[at as usize] ^= 1;
+    assert!(told(&wrong).starts_with(&format!("byte {at}: member 1: atom 0 ")), "{}", told(&wrong));
+    wrong[20] ^= 1;
+    assert!(told(&wrong).starts_with("byte 0: header and table of the set do not match"), "{}", told(&wrong));
+    for cut in [11, 12, 40, contents.head_end() as usize, at as usize + 3, file.len() - 1] {
+        let error = told(&file[..cut]);
+        assert!(error.starts_with(&format!("byte {cut}: ")) && error.contains("cut off"), "{error}");
+    }
 }
 
 #[test]

@@ -4,6 +4,9 @@ use super::edgebreaker::ConnectivityError;
 use crate::entropy::{Bit, BitCoder, NumberModel};
 use crate::limits::Budget;
 use bitvec::vec::BitVec;
+use std::cmp::Reverse;
+use std::collections::BinaryHeap;
+#[cfg(feature = "encode")]
 use std::collections::HashMap;
 
 /// The vertices of the other mesh, those that have been named among them, and the models by which they are.
@@ -16,9 +19,10 @@ pub struct Shared<'a> {
     /// Those that have been named.
     named: BitVec,
     /// For a writer, numbers by place.
+    #[cfg(feature = "encode")]
     numbers: HashMap<[i32; 3], Vec<u32>>,
     /// Which vertices are there to be named: distance from where one is looked for, and number.
-    candidates: Vec<(u64, u32)>,
+    candidates: Vec<Reverse<(u64, u32)>>,
     /// The vertex named last.
     last: i32,
     /// Whether the two vertices before were shared.
@@ -37,12 +41,11 @@ impl<'a> Shared<'a> {
     pub fn new(places: &'a [[i32; 3]], budget: &mut Budget) -> crate::Result<Self> {
         budget.take_memory(places.len(), BYTES_A_VERTEX)?;
         budget.take_work(WORK_A_VERTEX * places.len() as u64)?;
-        let mut cells: Vec<_> = (0..).zip(places).map(|(k, &place)| (interleaved(place), k)).collect();
-        cells.sort_unstable();
         Ok(Self {
             places,
-            cells,
+            cells: sorted((0..).zip(places).map(|(k, &place)| (interleaved(place), k)).collect()),
             named: BitVec::repeat(false, places.len()),
+            #[cfg(feature = "encode")]
             numbers: HashMap::new(),
             candidates: Vec::new(),
             last: 0,
@@ -93,7 +96,7 @@ impl<'a> Shared<'a> {
     ) -> Result<Option<[i32; 3]>, ConnectivityError> {
         let bits = u32::BITS - size.leading_zeros();
         self.look(prediction, (bits + 1).min(24), budget)?;
-        let Some(&(nearest, _)) = self.candidates.iter().min() else { return Ok(None) };
+        let Some(&Reverse((nearest, _))) = self.candidates.iter().max() else { return Ok(None) };
         let far = (u64::BITS - nearest.leading_zeros()) as usize;
         let nearness = (2 * bits as usize + 5).saturating_sub(far).min(NEARNESSES - 1);
         let rank = if C::ENCODES { self.rank_of(truth) } else { None };
@@ -109,8 +112,13 @@ impl<'a> Shared<'a> {
         if rank >= count {
             return Err(ConnectivityError::Mesh("a shared vertex that is not there".to_owned()));
         }
-        let (_, &mut (_, number), _) = self.candidates.select_nth_unstable(rank);
-        self.name(Some(number as usize)).map(Some)
+        let mut nearest: BinaryHeap<_> = std::mem::take(&mut self.candidates).into();
+        for _ in 0..rank {
+            nearest.pop();
+        }
+        let number = nearest.peek().map(|&Reverse((_, number))| number as usize);
+        self.candidates = nearest.into_vec();
+        self.name(number).map(Some)
     }
 
     /// Gathers those not named in the eight cells of 2^`shift` a side that are nearest to a point.
@@ -133,7 +141,7 @@ impl<'a> Shared<'a> {
                     let place = self.places[number as usize];
                     let squares =
                         (0..3).map(|i| i64::from(place[i]) - i64::from(point[i])).map(|x| (x * x) as u64);
-                    self.candidates.push((squares.sum(), number));
+                    self.candidates.push(Reverse((squares.sum(), number)));
                 }
             }
         }
@@ -142,12 +150,14 @@ impl<'a> Shared<'a> {
 
     /// How many candidates come before the first at a place, if there is one.
     fn rank_of(&self, truth: [i32; 3]) -> Option<u32> {
-        let here = self.candidates.iter().filter(|&&(_, number)| self.places[number as usize] == truth);
-        let own = here.min()?;
-        Some(self.candidates.iter().filter(|&other| other < own).count() as u32)
+        let here =
+            self.candidates.iter().filter(|Reverse((_, number))| self.places[*number as usize] == truth);
+        let own = here.max()?;
+        Some(self.candidates.iter().filter(|&other| other > own).count() as u32)
     }
 
     /// The first vertex at a place that has not been named.
+    #[cfg(feature = "encode")]
     fn numbered(&mut self, truth: [i32; 3]) -> Option<usize> {
         if self.numbers.is_empty() {
             for (k, &place) in self.places.iter().enumerate().rev() {
@@ -162,6 +172,12 @@ impl<'a> Shared<'a> {
         here.last().map(|&k| k as usize)
     }
 
+    /// There is no writer.
+    #[cfg(not(feature = "encode"))]
+    fn numbered(&mut self, _: [i32; 3]) -> Option<usize> {
+        None
+    }
+
     fn name(&mut self, number: Option<usize>) -> Result<[i32; 3], ConnectivityError> {
         let there = number.filter(|&k| self.named.get(k).is_some_and(|named| !named));
         let Some(k) = there else {
@@ -171,6 +187,25 @@ impl<'a> Shared<'a> {
         self.last = k as i32;
         Ok(self.places[k])
     }
+}
+
+/// Codes of 72 bits with their numbers, which ascend, by code: by its bytes, the lowest first. A page waits for this code, and it is shorter than a
+/// sort for any order.
+fn sorted(mut list: Vec<(u128, u32)>) -> Vec<(u128, u32)> {
+    let mut other = list.clone();
+    for shift in (0..72).step_by(8) {
+        let digit = |code: u128| (code >> shift) as usize & 0xFF;
+        let mut ends = [0usize; 257];
+        list.iter().for_each(|&(code, _)| ends[digit(code) + 1] += 1);
+        (0..256).for_each(|k| ends[k + 1] += ends[k]);
+        for &one in &list {
+            let end = &mut ends[digit(one.0)];
+            other[*end] = one;
+            *end += 1;
+        }
+        std::mem::swap(&mut list, &mut other);
+    }
+    list
 }
 
 /// The bits of three coordinates below 2^24, the highest first: of x, y, z in turn.
@@ -193,7 +228,7 @@ const NEARNESSES: usize = 16;
 /// Classes of how many candidates there are.
 const COUNTS: usize = 16;
 /// Bytes for a vertex of the other mesh.
-const BYTES_A_VERTEX: usize = 32 + 12 + 1;
+const BYTES_A_VERTEX: usize = 2 * 32 + 12 + 1;
 /// Units of work for one, once: to be sorted.
 const WORK_A_VERTEX: u64 = 16;
 /// Units of work for a cell that is looked into, beside one for each vertex in it.

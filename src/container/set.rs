@@ -7,6 +7,7 @@ use std::io::Write;
 use std::ops::Range;
 use std::sync::Arc;
 
+use super::checksum;
 use super::contents::{Contents, Level};
 use super::fields::Fields;
 use super::header::{Header, MAGIC, SET, Start, VERSION};
@@ -162,7 +163,7 @@ pub fn parse_set(bytes: &[u8]) -> std::result::Result<Option<SetContents>, Forma
     else {
         return Err(FormatError::new(13, "15.1", "the table has no room for its checksum"));
     };
-    if crc32c::crc32c(before).to_le_bytes() != *checksum {
+    if checksum::append(0, before).to_le_bytes() != *checksum {
         return Err(FormatError::new(0, "3.4", "header and table of the set do not match their checksum"));
     }
     let at = Header::SIZE as u64;
@@ -249,7 +250,7 @@ pub fn write_set(finest_first: bool, files: &[(Vec<u8>, bool)], out: &mut impl W
     head.extend([u8::from(finest_first), SET, 0]);
     head.extend(&length.to_le_bytes()[..3]);
     head.extend(table);
-    head.extend(crc32c::crc32c(&head).to_le_bytes());
+    head.extend(checksum::append(0, &head).to_le_bytes());
     let set = parse_set(&head).map_err(|fault| Error::Parameter(fault.what))?;
     let set = set.ok_or_else(|| refused("a set without members"))?;
     out.write_all(&head)?;
@@ -270,7 +271,7 @@ fn head_of(lattice: &[u8], attributes: u8, table: &[u8]) -> Vec<u8> {
     head.extend(&length.to_le_bytes()[..3]);
     head.extend(lattice);
     head.extend(table);
-    head.extend(crc32c::crc32c(&head).to_le_bytes());
+    head.extend(checksum::append(0, &head).to_le_bytes());
     head
 }
 

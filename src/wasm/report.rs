@@ -2,7 +2,7 @@
 
 use super::corners;
 use crate::codec::residue::Residue;
-use crate::container::{AttributeEntry, Contents, Header, Metadata, Plan};
+use crate::container::{AttributeEntry, Contents, Header, Metadata, Plan, SetContents};
 use crate::error::Error;
 use crate::mesh::attributes::Domain;
 use serde_json::{Value, json};
@@ -15,6 +15,7 @@ pub fn contents(contents: &Contents, wanted: Value) -> Value {
     let levels: Vec<Value> = (0..header.level_count).map(|j| of_level(contents, j)).collect();
     json!({
         "type": "contents",
+        "set": false,
         "vertices": header.vertices,
         "triangles": header.triangles,
         "bits": header.lattice.bits,
@@ -29,6 +30,44 @@ pub fn contents(contents: &Contents, wanted: Value) -> Value {
         "fileAttributes": file_attributes(&contents.attributes),
         "resources": resources(contents),
     })
+}
+
+/// The same of a set of meshes: its members as levels.
+pub fn set(set: &SetContents, wanted: Value) -> Value {
+    let mut value = contents(&set.members[0].contents, wanted);
+    value["set"] = true.into();
+    value["levels"] = (0..set.members.len() as u32).map(|number| member(set, number, "")).collect();
+    value["tableEnd"] = set.head_end().into();
+    value["fileBytes"] = set.file_bytes().into();
+    value["resources"] = Value::Array(Vec::new());
+    value
+}
+
+/// A member as a level, or that it is complete.
+pub fn member(set: &SetContents, number: u32, kind: &str) -> Value {
+    let member = &set.members[number as usize];
+    let mut value = of_level(&member.contents, 0);
+    value["level"] = number.into();
+    value["end"] = member.bytes.end.into();
+    if !kind.is_empty() {
+        value["type"] = kind.into();
+    }
+    value
+}
+
+/// What is to be decoded of a set.
+pub fn wanted_member(set: &SetContents, number: u32, end: u64) -> Value {
+    let level = set.members[number as usize].level();
+    json!({ "level": number, "vertices": level.vertices, "triangles": level.triangles, "end": end, "holes": [] })
+}
+
+/// The attributes of a member that takes another one's place.
+pub fn attributes(contents: &Contents, members: usize) -> Value {
+    let mut told = file_attributes(&contents.attributes);
+    for one in &mut told {
+        one["level"] = (members - 1).into();
+    }
+    json!({ "type": "attributes", "fileAttributes": told })
 }
 
 /// What will be decoded is something else now.

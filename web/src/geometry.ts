@@ -130,8 +130,8 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     this.last = delta;
     for (const { level } of delta.levels) {
       this.finest = level;
-      // A file begins, or another one in its place.
-      if (level === contents.levels.length - 1) this.flat = false;
+      // A file begins, or another one in its place, or another mesh.
+      if (contents.set || level === contents.levels.length - 1) this.flat = false;
     }
     if (contents !== this.contents || delta.levels.some(({ level }) => level === 0)) this.#bound(contents);
     if (delta.firstVertex === 0) {

@@ -181,6 +181,8 @@ export class Session implements Decoding {
       this.#lowered.pop();
       isOther = true;
     }
+    // Members of a set have attributes of their own.
+    this.#note(decoder);
     this.#stir();
     const piece = isOther ? undefined : this.#pieces.shift();
     if (piece) return piece;
@@ -270,6 +272,7 @@ export class Session implements Decoding {
     for (const report of decoder.report()) {
       const { type, ...what } = report;
       if (type === "contents") this.#contents = { ...(what as unknown as Contents), lacking: [] };
+      else if (type === "attributes" && this.#contents) this.#contents = { ...this.#contents, ...(what as unknown as Pick<Contents, "fileAttributes">) };
       else if (type === "level") this.#levels.push((this.#level = what as unknown as Level));
       else if (type === "resource") this.#noteResource(decoder, (what as { number: number }).number);
       else if (type === "residue") this.#residue = what as unknown as Residue;

@@ -38,6 +38,7 @@ const files = {
   "/rest.uwm": { bytes: sphere, etag: '"1"', rate: 500 },
   "/globe.uwm": { bytes: await readFile(local("globe.uwm")), etag: '"1"' },
   "/dressed.uwm": { bytes: await readFile(local("globe.uwm")), etag: '"1"', rate: 1000 },
+  "/set.uwm": { bytes: await readFile(local("../../tests/golden/set.uwm")), etag: '"1"' },
   "/slow.uwm": { bytes: sphere, rate: 100 },
   "/breaks.uwm": { bytes: sphere, etag: '"1"', breakAfter: 700 },
 };
@@ -105,6 +106,15 @@ try {
 
   // Attributes: the checkerboard is there for who has texture coordinates, and colours are seen, at coarser levels, too.
   assert.equal(await part.page.isDisabled("#checker"), true);
+  const set = await open({ width: 1280, height: 800 }, "?src=set.uwm");
+  await set.page.waitForFunction(() => globalThis.unweld.complete);
+  assert.equal(await set.page.textContent("#triangles"), "81 / 81");
+  assert.deepEqual(await set.page.locator("#member option").allTextContents(), [80, 40, 20, 15].map((count, k) => `${k} · ${count} triangles`));
+  await set.page.selectOption("#member", "1");
+  await set.page.waitForFunction(() => document.getElementById("triangles").textContent.startsWith("40 "));
+  assert.deepEqual([await set.page.textContent("#levelName"), set.faults], ["member 1", []]);
+  await set.page.close();
+
   const globe = await open({ width: 1280, height: 800 }, "?src=globe.uwm");
   await globe.page.waitForFunction(() => globalThis.unweld.complete, null, { timeout: 60_000 });
   const views = [];

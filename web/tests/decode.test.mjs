@@ -52,6 +52,32 @@ test("an icosphere of 80 triangles arrives whole, with all levels in order", asy
   assert.match(mirror.last.metadata.generator, /unweld/);
 });
 
+test("members of a set take each other's place", async () => {
+  const triangles = [81, 40, 20, 15];
+  for (const [name, arrived] of [["set", [3, 2, 1, 0]], ["small_set", [0]]]) {
+    const bytes = new Uint8Array(await golden(name));
+    const [mirror, stream] = [new Mirror(), decode(bytes, { pool, levels: true })];
+    for await (const delta of stream) mirror.apply(delta);
+    const { contents, complete } = mirror.last;
+    assert.deepEqual([contents.set, complete, mirror.last.bytes], [true, true, bytes.length], name);
+    assert.deepEqual(mirror.levels.map(({ level }) => level), arrived);
+    assert.deepEqual(contents.levels.map((level) => level.triangles), [80, 40, 20, 15], "the residue has one more");
+    const finest = [mirror.triangles, mirror.sum(), mirror.dress.alive];
+    for (const number of [2, 1, 3]) {
+      mirror.apply(await stream.show(number));
+      assert.deepEqual([mirror.triangles, mirror.dress, mirror.last.level.level], [triangles[number], null, number]);
+    }
+    mirror.apply(await stream.show(null));
+    assert.deepEqual([mirror.triangles, mirror.sum(), mirror.dress.alive], finest);
+    stream.close();
+    const coarse = await mirrorOf(bytes, { until: { triangles: 30 } });
+    assert.deepEqual([coarse.triangles, coarse.last.bytes], [20, contents.levels[2].end]);
+    await assert.rejects(mirrorOf(bytes.subarray(0, bytes.length - 1), { levels: true }), /the file is cut off in member/);
+  }
+  const prefix = await mirrorOf(new Uint8Array(await golden("set")).subarray(0, 1000), { prefix: true });
+  assert.deepEqual([prefix.last.prefix, prefix.last.complete, prefix.last.level.level > 0], [true, false, true]);
+});
+
 test("level 0 is all, by whichever word it is wanted", async () => {
   for (const bytes of [sphere, order]) {
     const whole = await mirrorOf(bytes);

@@ -1,5 +1,10 @@
 /** What a file holds, as its header and table of contents tell. */
 export interface Contents {
+    /**
+     * Whether the file is a set of meshes. Its members stand here as levels: each is a mesh of its own, which takes the place of the one before as a whole, and
+     * errors are distances from member 0.
+     */
+    readonly set: boolean;
     /** Vertices of the finest level, without what the residue holds. */
     readonly vertices: number;
     /** Triangles of the finest level, without what the residue holds. */

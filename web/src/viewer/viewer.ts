@@ -13,6 +13,7 @@ const element = <T extends HTMLElement = HTMLElement>(id: string) => document.ge
 const [panel, message, meshes] = [document.querySelector("main")!, element("message"), element<HTMLSelectElement>("meshes")];
 const slider = element<HTMLInputElement>("level");
 const clips = element<HTMLSelectElement>("clip");
+const members = element<HTMLSelectElement>("member");
 const line = element<HTMLSelectElement>("line");
 const stage = new Stage(element<HTMLCanvasElement>("view"));
 const timeline = new Timeline(element<HTMLCanvasElement>("timeline"));
@@ -50,8 +51,9 @@ function load(address: string): void {
   Object.assign(state, { triangles: 0, bytes: 0, total: 0, complete: false, firstBytes: 0, textures: 0 });
   say("");
   slider.disabled = true;
-  element("playing").hidden = true;
+  element("playing").hidden = element("members").hidden = true;
   for (const id of ["triangles", "bytes", "rms", "max"]) element(id).textContent = "–";
+  members.replaceChildren();
   timeline.begin();
   begun(address, controller.signal).catch((error: unknown) => {
     if (address === current && !(error instanceof DOMException && error.name === "AbortError")) failed(error);
@@ -118,13 +120,25 @@ function refined(delta: Delta): void {
   slider.disabled = false;
   element<HTMLInputElement>("checker").disabled = geometry instanceof UnweldGeometry === false || !contents.fileAttributes.some(({ name }) => name === "uv");
   if (chosen === null && level) slider.value = String(contents.levels.length - 1 - level.level);
-  element("levelName").textContent = level ? `level ${level.level}` : "level";
+  const kind = contents.set ? "member" : "level";
+  element("levelName").textContent = level ? `${kind} ${level.level}` : kind;
+  if (contents.set) list(delta);
   if (chosen === null) timeline.add({ ...arrived, levels: delta.levels.length }, { bytes: total.end, triangles: total.triangles });
   element("legend").textContent =
     chosen !== null && !delta.complete && !delta.prefix
-      ? "a coarser level is shown; decoding rests"
+      ? `a coarser ${kind} is shown; decoding rests`
       : timeline.words(delta.complete) + (delta.prefix ? `; a prefix of the file, down to level ${geometry?.finest}` : "");
   arrange();
+}
+
+/** The members of a set, to choose from those that have arrived. */
+function list({ contents, level }: Delta): void {
+  if (members.childElementCount !== contents.levels.length) {
+    members.replaceChildren(...contents.levels.map(({ level, triangles }) => new Option(`${level} · ${triangles.toLocaleString("en")} triangles`, String(level))));
+  }
+  for (const option of members.options) option.disabled = Number(option.value) < (geometry?.finest ?? Infinity);
+  if (level) members.value = String(level.level);
+  element("members").hidden = false;
 }
 
 /** Shows the level that the slider stands at; at what has arrived last, whatever comes. */
@@ -184,10 +198,11 @@ function errorOf(error: number, { contents }: Delta): string {
   return diagonal > 0 ? `${((100 * error) / diagonal).toPrecision(2)} %` : String(error);
 }
 
-/** What GET meshes tells of a mesh: at least its name; `error` where it cannot be read. */
+/** What GET meshes tells of a mesh or a set: at least its name; `error` where it cannot be read. */
 interface Listed {
   name: string;
   triangles?: number;
+  members?: { triangles: number }[];
   error?: string;
 }
 
@@ -222,7 +237,7 @@ async function begin(): Promise<void> {
   say("");
   if (!Array.isArray(list)) return say("There is no list of meshes here. Add ?src=ADDRESS of a .uwm file.");
   if (list.every(({ error }) => error)) return say(list[0] ? `${list[0].name}: ${list[0].error}` : "The list of meshes is empty.");
-  const option = ({ name, triangles, error }: Listed) => {
+  const option = ({ name, members, triangles = members?.at(-1)?.triangles, error }: Listed) => {
     const text = error ? `${name} · ${error}` : triangles ? `${name} · ${triangles.toLocaleString("en")}` : name;
     const made = new Option(text, `meshes/${name.split("/").map(encodeURIComponent).join("/")}`);
     made.disabled = Boolean(error);
@@ -236,6 +251,10 @@ async function begin(): Promise<void> {
 }
 
 clips.onchange = () => stage.play(clips.value === "" ? null : Number(clips.value));
+members.onchange = () => {
+  slider.value = String(Number(slider.max) - Number(members.value));
+  void show().catch(failed);
+};
 slider.oninput = () => void show().catch(failed);
 for (const name of ["edges", "flat", "slide", "checker"] as const) {
   const box = element<HTMLInputElement>(name);

@@ -38,6 +38,9 @@ pub struct Args {
     /// Folder for the drawings of the section `curves`; examples/curves where everything is measured, else nowhere
     #[arg(long, value_name = "FOLDER")]
     curves: Option<PathBuf>,
+    /// Where the section `looks` draws levels of a scene made by code, ours above the peer's, as PNG
+    #[arg(long, value_name = "FILE")]
+    pub sheet: Option<PathBuf>,
     /// Where to write the tables as Markdown; BENCHMARKS.md where everything is measured, else nowhere
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
@@ -87,6 +90,8 @@ pub enum Section {
     Exact,
     /// Models with attributes, beside what other coders made of them
     Attributes,
+    /// How levels of textured glTF models look beside meshoptimizer's
+    Looks,
 }
 
 impl Section {
@@ -104,6 +109,7 @@ impl Section {
                 | Self::Hqms
                 | Self::Simplifiers
                 | Self::Linear
+                | Self::Looks
         )
     }
 }

@@ -21,6 +21,7 @@ mod goals;
 mod hqms;
 mod keyframes;
 mod linear;
+mod looks;
 mod machine;
 mod made;
 mod measure;
@@ -128,6 +129,7 @@ fn measure(args: &Args, section: Section) -> anyhow::Result<Vec<Table>> {
         Section::Paper => paper::tables(&args.cases(&MESHES[..2], 12)?, runs)?,
         Section::Profiles => vec![profiles::table(&args.cases(&MESHES, 12)?, runs)?],
         Section::Exact => vec![exact::table(&args.files(&EXACT)?)?],
+        Section::Looks => vec![looks::table(&args.meshes, args.sheet.as_deref())?],
         Section::Attributes => vec![attributes::table(&args.files(&MODELS)?, args.peers().as_deref())?],
     })
 }

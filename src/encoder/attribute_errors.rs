@@ -150,7 +150,8 @@ impl AttributeErrors {
             return Vec::new();
         }
         let mut found = vec![Vec::new(); told.len()];
-        let mut search = Search { level, seen: Vec::new(), places: Vec::new() };
+        let stamps = vec![0; level.mesh.table.slots()];
+        let mut search = Search { level, seen: Vec::new(), places: Vec::new(), stamps, stamp: 0 };
         for [vertex, a, b, _] in self.probes.get(number).into_iter().flat_map(Fours::iter) {
             let Some(start) = triangle_of(&level.mesh.table, [a, b]) else { continue };
             let first = self.points.partition_point(|point| point.vertex < vertex);
@@ -196,6 +197,9 @@ struct Search<'a> {
     /// Triangles that have been looked at, and how far off they are, squared.
     seen: Vec<(Triangle, f64)>,
     places: Vec<(Triangle, [f64; 3])>,
+    /// For which point each triangle has been looked at last.
+    stamps: Vec<u32>,
+    stamp: u32,
 }
 
 impl Search<'_> {
@@ -203,6 +207,8 @@ impl Search<'_> {
     /// triangle is nearer.
     fn places(&mut self, p: DVec3, start: Triangle) -> &[(Triangle, [f64; 3])] {
         self.seen.clear();
+        self.stamp += 1;
+        self.stamps[start.index()] = self.stamp;
         let mut nearest = self.measure(p, start);
         for _ in 0..STEPS {
             let closer = self.look_round(p, nearest);
@@ -211,7 +217,7 @@ impl Search<'_> {
             }
             nearest = closer;
         }
-        let Self { level, seen, places } = self;
+        let Self { level, seen, places, .. } = self;
         let (at, most) = (nearest.0, nearest.1.sqrt() + level.rms);
         places.clear();
         let near = seen.iter().filter(|&&(_, squared)| squared <= most * most).map(|&(t, _)| t);
@@ -233,13 +239,9 @@ impl Search<'_> {
         let mut most = reach(best.1);
         for v in mesh.table.triangle(best.0) {
             for other in mesh.table.fan(v).take(FAN).map(|c| c.triangle()) {
-                // None that has been seen is nearer; those of long ago may be measured again.
-                if self.seen.iter().rev().take(REMEMBERED).any(|&(seen, _)| seen == other) {
-                    continue;
-                }
-                // What lies too far off to count, whatever is nearest in the end, need not be measured.
-                if self.is_beyond(p, other, most) {
-                    self.seen.push((other, f64::INFINITY));
+                // None that has been seen is nearer, and what lies too far off to count, whatever is nearest in the end, need not be measured.
+                let before = std::mem::replace(&mut self.stamps[other.index()], self.stamp);
+                if before == self.stamp || self.is_beyond(p, other, most) {
                     continue;
                 }
                 let found = self.measure(p, other);
@@ -314,7 +316,5 @@ const SHARES: [f64; 3] = [2.0 / 3.0, 1.0 / 6.0, 1.0 / 6.0];
 const MOST: f64 = 1e36;
 /// Triangles looked at round a vertex.
 const FAN: usize = 32;
-/// Triangles that are not measured again on the way.
-const REMEMBERED: usize = 48;
 /// Triangles on the way to the nearest.
 const STEPS: usize = 16;

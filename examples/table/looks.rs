@@ -133,7 +133,7 @@ impl Textured {
         let (mut corners, mut indices) = (Vec::new(), Vec::new());
         for corner in triangles.iter().flat_map(|t| [3 * t, 3 * t + 1, 3 * t + 2]) {
             let position = self.mesh.positions[self.mesh.triangles[corner / 3][corner % 3] as usize];
-            let values = at_corners.iter().map(|a| numbers(a, corner)).flatten();
+            let values = at_corners.iter().flat_map(|a| numbers(a, corner));
             let key: Vec<u32> =
                 position.into_iter().map(|x| x as f32).chain(values).map(f32::to_bits).collect();
             let next = corners.len() as u32;

@@ -262,10 +262,6 @@ impl Planes<'_> {
     /// Finds place and error of each set from the planes of the triangles with a vertex in it, each once, and of the boundary's edges, and how
     /// its cell is to be cut.
     fn solve(&self, nodes: &mut [Node], labels: &[Option<u32>]) {
-        let cell: Vec<f64> = nodes
-            .iter()
-            .map(|node| self.longest / f64::from(1u32 << node.cuts.into_iter().min().unwrap_or(0)))
-            .collect();
         let mut turning =
             vec![
                 Turning { box_of: [DVec3::INFINITY, DVec3::NEG_INFINITY], ..Turning::default() };
@@ -282,6 +278,12 @@ impl Planes<'_> {
                 (*low, *high) = (low.min(at), high.max(at));
             }
         }
+        // Cells that are halved may be a thousand times as long as wide, with all their vertices in one plane.
+        let size = |(node, turning): (&Node, &Turning)| match (self.options.eighths, turning.box_of) {
+            (true, _) => self.longest / f64::from(1u32 << node.cuts[0]),
+            (false, [low, high]) => (high - low).max_element().max(0.0),
+        };
+        let cell: Vec<f64> = nodes.iter().zip(&turning).map(size).collect();
         let mut sums = vec![Quadric::default(); nodes.len()];
         let mut add = |vertices: &[u32], form: Form, point: DVec3, of_triangle: Option<DVec3>| {
             let plane = Quadric::through(form, point);
@@ -438,7 +440,8 @@ impl Planes<'_> {
     }
 }
 
-/// Where a sum is least, relative to a set's centre, unless that is outside: farther than a cell and a quarter.
+/// Where a sum is least, relative to a set's centre, unless that is outside: farther than a cell and a quarter, or where cells are halved than
+/// the longest side of the vertices' box and a quarter.
 fn optimum(sum: &Quadric, centre: DVec3, size: f64) -> Option<DVec3> {
     sum.optimum(centre, SINGULAR).filter(|d| d.abs().max_element() <= 1.25 * size)
 }

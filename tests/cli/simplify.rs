@@ -431,3 +431,12 @@ fn parallel_removal_as_a_viewer_sees_it() {
         assert_eq!(run.code, 2, "{options}: {}", run.err);
     }
 }
+
+/// Cells that are halved where the surface is bent are long where it is not: what hardly tells a place there does not throw it far.
+#[test]
+fn an_octree_has_no_spikes() {
+    let folder = Folder::new();
+    folder.write("s.glb", unweld::formats::sample_scene(1.0));
+    let json = folder.run("simplify s.glb --method octree --ratio 10% -o t.ply --json").json();
+    assert!(json["max_error_percent"].as_f64().unwrap() < 2.0, "{json}");
+}

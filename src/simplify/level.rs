@@ -48,10 +48,14 @@ pub fn remove_level(
     }
     let preferred = pattern.and_then(|(class, exact)| (!exact).then_some(class));
     let share = if preferred.is_some() { FILL * budget } else { budget };
-    let (candidates, mut sample) = level.remover.candidates(every);
+    let (mut candidates, mut sample) = level.remover.candidates(every);
     let dear = if budget < 1.0 { dear(&mut sample, level.remover.noise()) } else { f32::INFINITY };
     let [of_class, cheap, most] = affordable(sample, [OF_CLASS * budget, FIRST_PASS * share, share]);
     let [cheap, most] = [cheap, most].map(|cost| cost.min(dear));
+    if let Some(lines) = &level.remover.lines {
+        candidates.retain(|&v| !lines.hold(v));
+        level.remove_along_lines()?;
+    }
     if let Some(class) = preferred {
         level.remove_class(&candidates, class, of_class)?;
     }
@@ -122,6 +126,23 @@ impl Level<'_, '_> {
                     self.remove(v)?;
                 }
             }
+        }
+        Ok(())
+    }
+
+    /// Removes what goes with straight lines; what another one blocks is left for the next level.
+    fn remove_along_lines(&mut self) -> Result<()> {
+        let order = self.remover.lines.as_mut().map(|lines| std::mem::take(&mut lines.order));
+        let mut left = Vec::new();
+        for v in order.into_iter().flatten() {
+            if self.is_over() || self.remover.is_blocked(v) {
+                left.push(v);
+            } else if self.remover.cost(v).is_some() && self.remover.loses_nothing(v) {
+                self.remove(v)?;
+            }
+        }
+        if let Some(lines) = &mut self.remover.lines {
+            lines.order = left;
         }
         Ok(())
     }

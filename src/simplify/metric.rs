@@ -94,6 +94,16 @@ impl Metric {
         self.is_set
     }
 
+    /// What share of its weight shape has, and whether a level has told it.
+    pub fn shape_share(&self) -> (f64, bool) {
+        (self.share, self.is_set)
+    }
+
+    /// Sets that back.
+    pub fn set_shape_share(&mut self, (share, is_set): (f64, bool)) {
+        (self.share, self.is_set) = (share, is_set);
+    }
+
     /// Whether shape counts for something: the surface is bent more or less alike.
     pub fn is_bent_alike(&self) -> bool {
         self.share >= ALIKE_ENOUGH

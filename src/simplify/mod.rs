@@ -11,6 +11,7 @@ mod covering;
 mod fours;
 mod frame;
 mod level;
+mod lines;
 mod metric;
 mod moved;
 mod nearest;
@@ -66,7 +67,7 @@ pub enum Method {
 pub enum Regular {
     /// Nothing: errors alone decide.
     Ignored,
-    /// They follow its rows where it is regular nearly everywhere.
+    /// They follow its rows where it is regular nearly everywhere, and straight lines on parts of planes and cylinders.
     Followed,
     /// So they do, and where it is regular in parts they prefer its rows.
     #[default]
@@ -215,6 +216,7 @@ pub fn simplify(
     };
     measure(&mut remover, &mut errors);
     let mut rows = Rows::new(options.regular);
+    let mut along_lines = options.regular != Regular::Ignored;
     let mut budget = options.level_budget;
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
@@ -236,9 +238,14 @@ pub fn simplify(
             let gone = components.leave(&mut remover, Lack { size, triangles: half, vertices: usize::MAX });
             let share = (remover.vertices as f64 * options.level_share) as usize;
             let quota = share.max(1).min(remover.vertices.saturating_sub(target_now));
+            along_lines = along_lines && remover.follow_lines();
+            if along_lines {
+                // What remains of walls without their rows is no sampling of a surface.
+                rows.end();
+            }
             let pattern = rows.next_level(&mut remover);
             // None of the cheap ones may go, but another.
-            may_go_on = budget < 1.0 || pattern.is_some();
+            may_go_on = budget < 1.0 || pattern.is_some() || along_lines;
             remover.begin_level(pattern);
             if quota > 0 {
                 let allowance = Allowance { quota, budget, gone };
@@ -264,6 +271,8 @@ pub fn simplify(
         } else if may_go_on {
             budget = 1.0;
             rows.end();
+            along_lines = false;
+            remover.end_lines();
         } else if !is_stuck {
             break;
         }

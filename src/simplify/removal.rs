@@ -4,6 +4,7 @@ use super::Options;
 use super::bodies::Bodies;
 use super::covering::Covering;
 use super::frame::Places;
+use super::lines::Lines;
 use super::metric::{Energy, Lost, Metric};
 use super::polygon::{MAX_SIDES, Shape, Triangulation};
 use super::rows::Pattern;
@@ -17,6 +18,7 @@ use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
+use glam::Vec3;
 use std::cmp::Ordering::Equal;
 
 /// How a vertex would be removed.
@@ -47,6 +49,8 @@ pub struct Remover<'a> {
     pub watch: Stopwatch,
     /// In a level by parity, its pattern.
     pub pattern: Option<Pattern>,
+    /// In levels along straight lines, these.
+    pub lines: Option<Lines>,
     metric: Metric,
     energies: Energies,
     barred: Barred,
@@ -112,6 +116,7 @@ impl<'a> Remover<'a> {
             covering: Covering::new(&table, &places, bodies),
             history: History::default(),
             pattern: None,
+            lines: None,
             energies: Energies {
                 costs: vec![f32::NAN; count],
                 distortions: vec![f32::NAN; count],
@@ -183,6 +188,70 @@ impl<'a> Remover<'a> {
         (left, sample)
     }
 
+    /// The two vertices that `v` lies exactly between, if the surface loses no more than rounding does where an edge joins them in its place.
+    pub fn between(&self, v: Vertex) -> Option<[Vertex; 2]> {
+        let mut star = self.any_star(v).filter(|star| !star.boundary)?;
+        let ring = star.ring();
+        let most = (2.0 * STRAIGHT / star.mean_edge) as f32;
+        let pairs = (0..ring.len()).flat_map(|i| (i + 2..ring.len()).map(move |j| (i, j)));
+        let off = |&(i, j): &(usize, usize)| (star.point(i) + star.point(j)).length_squared();
+        let (i, j) = pairs
+            .filter(|pair| off(pair) <= most * most && *pair != (0, ring.len() - 1))
+            .min_by(|x, y| off(x).total_cmp(&off(y)))?;
+        let mates = [ring[i], ring[j]];
+        star.curve = Some((i, j));
+        let price = self.metric.shape_price(&star);
+        let solved = star.solve(price, |i, j| self.price(v, &star, None, price, i, j));
+        let best = solved.shape.triangulation()?;
+        let lost = Lost { distortion: star.distortion(best.triangles.iter()), values: 0.0 };
+        let energy = self.metric.energy(v, &star, Vec3::ZERO, lost, 0.0);
+        self.is_negligible(energy.distortion).then_some(mates)
+    }
+
+    /// Goes on along lines, or begins to; returns whether there are any.
+    pub fn follow_lines(&mut self) -> bool {
+        // Of what corners are worth nothing is known here, and seams have edges of their own.
+        if self.corners.is_some() || self.seams.is_some() {
+            return false;
+        }
+        if self.lines.as_ref().is_none_or(|lines| lines.order.is_empty()) {
+            let begins = self.lines.is_none();
+            self.end_lines();
+            self.lines = Lines::new(self);
+            // Where all is bent, what is straight is so by chance.
+            if begins && self.lines.is_some() && self.seems_bent_alike() {
+                self.lines = None;
+            }
+            if self.lines.is_some() {
+                self.energies.costs.fill(f32::NAN);
+            }
+        }
+        self.lines.is_some()
+    }
+
+    /// Gives up what is left of lines.
+    pub fn end_lines(&mut self) {
+        if self.lines.take().is_some() {
+            // The edges to be made are part of what a removal costs.
+            self.energies.costs.fill(f32::NAN);
+        }
+    }
+
+    /// Whether a vertex is blocked in this level.
+    #[inline]
+    pub fn is_blocked(&self, v: Vertex) -> bool {
+        self.barred.blocked[v.index()]
+    }
+
+    /// Whether no more than rounding does is lost of the surface without a vertex of which the cost is known.
+    pub fn loses_nothing(&self, v: Vertex) -> bool {
+        self.is_negligible(self.energies.distortions[v.index()])
+    }
+
+    fn is_negligible(&self, distortion: f32) -> bool {
+        f64::from(distortion) <= self.negligible()
+    }
+
     /// What corners are worth, if anything.
     pub fn corners(&self) -> Option<&Corners> {
         self.corners.as_ref()
@@ -229,6 +298,15 @@ impl<'a> Remover<'a> {
         self.metric.is_bent_alike()
     }
 
+    /// The same, of what is not known yet, which it leaves unknown.
+    fn seems_bent_alike(&mut self) -> bool {
+        let known = self.metric.shape_share();
+        let alike = self.is_bent_alike();
+        self.metric.set_shape_share(known);
+        self.energies.costs.fill(f32::NAN);
+        alike
+    }
+
     /// Before anything is known of the surface, a few vertices tell what is flat.
     fn probe(&mut self) {
         if self.metric.is_set() {
@@ -243,7 +321,7 @@ impl<'a> Remover<'a> {
     }
 
     /// The vertices not locked.
-    fn free(&self) -> impl Iterator<Item = Vertex> + '_ {
+    pub fn free(&self) -> impl Iterator<Item = Vertex> + '_ {
         vertices(&self.table).filter(|v| !self.barred.locked[v.index()])
     }
 
@@ -398,7 +476,10 @@ impl<'a> Remover<'a> {
     /// The star of a vertex, if it can be removed at all.
     #[inline]
     fn star(&self, v: Vertex) -> Option<Star> {
-        let star = self.any_star(v);
+        let mut star = self.any_star(v);
+        if let (Some(star), Some(mates)) = (&mut star, self.lines.as_ref().and_then(|lines| lines.mates(v))) {
+            star.curve = places_of(star.ring(), mates);
+        }
         match &self.seams {
             Some(seams) => star.and_then(|star| self.between_seams(v, star, seams)),
             None => star,
@@ -462,6 +543,9 @@ impl<'a> Remover<'a> {
         // A pattern that is followed comes before all else, distortions included.
         let dear = if self.follows(v) { price.max(1.0) } else { price };
         let lost = values.map_or(0.0, |(corners, around)| corners.along(star, around, (i, j)));
+        // Beside a line either diagonal of four vertices may do; all are to run the same way, so that they are expected.
+        let turned = self.lines.is_some() && star.turns_left(i, j);
+        let middle = if turned { middle + HANDED } else { middle };
         price * MIDDLE * middle + dear * self.bias(v, star, i, j) + lost
     }
 
@@ -589,10 +673,23 @@ pub fn vertices(table: &CornerTable) -> impl Iterator<Item = Vertex> + '_ {
     (0..table.vertex_slots() as u32).map(Vertex).filter(|&v| table.corner_of(v).is_some())
 }
 
+/// The places i < j on a link of two vertices that are not neighbours there.
+fn places_of(ring: &[Vertex], vertices: [Vertex; 2]) -> Option<(usize, usize)> {
+    let [a, b] = vertices.map(|v| ring.iter().position(|&w| w == v));
+    let (i, j) = (a?.min(b?), a?.max(b?));
+    (j - i > 1 && j - i < ring.len() - 1).then_some((i, j))
+}
+
 /// Whether a vertex is one of those that tell of all, one in `every`: by a hash, as the order of the vertices may have a pattern.
 fn is_picked(v: Vertex, every: u32) -> bool {
     every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every)
 }
+
+/// How far off the middle between two others a vertex on a line may be, over the side of the cube: about what binary32 keeps of coordinates.
+const STRAIGHT: f64 = 1.0 / (1 << 21) as f64;
+
+/// What an edge costs beside a line that runs the other way than most, as a distance of its middle.
+const HANDED: f32 = 0.2;
 
 /// What an edge costs for the distance of its middle from the vertex removed.
 const MIDDLE: f32 = 1.5;

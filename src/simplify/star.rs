@@ -86,6 +86,14 @@ impl Star {
         })
     }
 
+    /// Whether an edge beside the curve leads to the left, seen from outside and along the curve, either way.
+    pub fn turns_left(&self, i: usize, j: usize) -> bool {
+        let Some((a, b)) = self.curve.filter(|&curve| curve != (i, j)) else { return false };
+        let (along, way) = (self.points[b] - self.points[a], self.points[j] - self.points[i]);
+        let up: Vec3 = self.normals().iter().sum();
+        way.dot(along) * along.cross(way).dot(up) > 0.0
+    }
+
     /// Something seen from the vertex in the unit of the mesh.
     #[inline]
     pub fn outside(&self, p: Vec3) -> DVec3 {

@@ -198,7 +198,7 @@ pub fn encode_to(
 ) -> anyhow::Result<Done> {
     let start = Instant::now();
     let max_memory = args.max_memory.unwrap_or(DEFAULT_MEMORY);
-    let reading = Reading { max_memory, force: args.force, scenes: true, painted: false };
+    let reading = Reading { max_memory, force: args.force, scenes: true, painted: false, detail: None };
     let Mesh { mut source, level, .. } =
         Mesh::read(input, args.level, reading, progress).map_err(|e| hinted(e, reading, input))?;
     if args.strict {

@@ -90,6 +90,27 @@ impl Mesh {
         }
     }
 
+    /// Reads a mesh, or all levels of detail of a glTF that has some (`MSFT_lod`), the finest first.
+    ///
+    /// # Errors
+    /// As [`Mesh::read`].
+    pub fn read_all(path: &Path, reading: Reading, progress: &mut Progress) -> anyhow::Result<Vec<Self>> {
+        let is_plain = path.is_file() && !is_stream(path);
+        let named = |end: &str| path.extension().is_some_and(|e| e.eq_ignore_ascii_case(end));
+        if !is_plain || !(named("glb") || named("gltf")) {
+            return Ok(vec![Self::read(path, None, reading, progress)?]);
+        }
+        let bytes = read_bytes(path)?;
+        let levels =
+            formats::levels_of_detail(&bytes, &options(path, reading)).with_context(|| name(path))?;
+        let detail = |k| (levels > 1).then_some(k);
+        let read = |k| {
+            let (source, paint) = parse(&bytes, path, Reading { detail: detail(k), ..reading })?;
+            Ok(Self { source, paint, level: None })
+        };
+        (0..levels).map(read).collect()
+    }
+
     fn of_level(
         uwm: &mut Uwm,
         level: u32,
@@ -189,6 +210,8 @@ pub struct Reading {
     pub scenes: bool,
     /// Whether it is wanted what meshes are painted with.
     pub painted: bool,
+    /// The level of detail of a glTF, where all of them are read.
+    pub detail: Option<usize>,
 }
 
 /// Reads a mesh; its name tells the format, or else its content.
@@ -204,13 +227,7 @@ pub fn read(path: &Path, reading: Reading) -> anyhow::Result<Source> {
 /// # Errors
 /// Those of the reader, with the name.
 fn parse(bytes: &[u8], path: &Path, reading: Reading) -> anyhow::Result<(Source, Paint)> {
-    let name = name(path);
-    let mut options = ReadOptions::default();
-    options.format = Format::from_path(path);
-    options.folder = path.parent().filter(|_| !is_stream(path)).map(Path::to_owned);
-    options.max_memory = reading.max_memory;
-    options.force = reading.force;
-    options.scenes = reading.scenes;
+    let (name, options) = (name(path), options(path, reading));
     let outcome = if reading.painted {
         formats::read_painted(bytes, &options)
     } else {
@@ -222,6 +239,17 @@ fn parse(bytes: &[u8], path: &Path, reading: Reading) -> anyhow::Result<(Source,
         }
         outcome => outcome.with_context(|| name),
     }
+}
+
+fn options(path: &Path, reading: Reading) -> ReadOptions {
+    let mut options = ReadOptions::default();
+    options.format = Format::from_path(path);
+    options.folder = path.parent().filter(|_| !is_stream(path)).map(Path::to_owned);
+    options.max_memory = reading.max_memory;
+    options.force = reading.force;
+    options.scenes = reading.scenes;
+    options.detail = reading.detail;
+    options
 }
 
 fn begins_as_uwm(path: &Path) -> anyhow::Result<bool> {

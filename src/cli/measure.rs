@@ -129,7 +129,10 @@ impl Measured {
 /// Reads a mesh of any format; `level` is one of a `.uwm` file.
 fn read(path: &Path, level: Option<u32>, memory: u64, progress: &mut Progress) -> anyhow::Result<Measured> {
     let name = input::name(path);
-    match Input::open(path, Reading { max_memory: memory, force: false, scenes: false, painted: false })? {
+    match Input::open(
+        path,
+        Reading { max_memory: memory, force: false, scenes: false, painted: false, detail: None },
+    )? {
         Input::Levels(mut uwm) => {
             let level = level.unwrap_or(0);
             let own = uwm.enter(level, progress)?;

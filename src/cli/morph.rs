@@ -76,7 +76,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
     let mut progress = Progress::new(args.quiet);
-    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false };
+    let reading =
+        Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false, detail: None };
     let mut read = |path| Mesh::read(path, None, reading, &mut progress).map(|mesh| mesh.source);
     let (fine, coarse) = (read(&args.fine)?, read(&args.coarse)?);
     drop(progress);

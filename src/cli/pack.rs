@@ -20,7 +20,8 @@ use unweld::mesh::topology::Weld;
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
-    /// The meshes (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or .uwm); the one with most triangles is member 0
+    /// The meshes (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or .uwm); the one with most triangles is member 0. Of a glTF whose
+    /// nodes have levels of detail (MSFT_lod) each level is one
     #[arg(value_name = "IN", required = true)]
     inputs: Vec<PathBuf>,
     /// The file to write, - for standard output
@@ -80,22 +81,27 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
     let mut progress = Progress::new(args.quiet);
-    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false };
+    let reading =
+        Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false, detail: None };
     let (mut sources, mut names) = (Vec::new(), Vec::new());
     for input in &args.inputs {
-        let Mesh { source, level, .. } = Mesh::read(input, None, reading, &mut progress)?;
-        let name = input::name(input);
-        if args.strict && !source.dropped.is_empty() {
-            bail!("{name}: --strict: a file cannot keep {}", source.dropped.join(", "));
+        let meshes = Mesh::read_all(input, reading, &mut progress)?;
+        let (whole, own, count) = (input::name(input), input::file_name(input), meshes.len());
+        for (k, Mesh { source, level, .. }) in meshes.into_iter().enumerate() {
+            let of = |name: &str| if count > 1 { format!("{name}, level {k}") } else { name.to_owned() };
+            let name = of(&whole);
+            if args.strict && !source.dropped.is_empty() {
+                bail!("{name}: --strict: a file cannot keep {}", source.dropped.join(", "));
+            }
+            if !source.dropped.is_empty() {
+                note(&format!("{name}: dropped {}", source.dropped.join(", ")));
+            }
+            for text in level.and_then(|level| level.lost).into_iter().chain(source.remarks.clone()) {
+                remark(args.quiet, &format!("{name}: {text}"));
+            }
+            sources.push(source);
+            names.push(of(&own));
         }
-        if !source.dropped.is_empty() {
-            note(&format!("{name}: dropped {}", source.dropped.join(", ")));
-        }
-        for text in level.and_then(|level| level.lost).into_iter().chain(source.remarks.clone()) {
-            remark(args.quiet, &format!("{name}: {text}"));
-        }
-        sources.push(source);
-        names.push(input::file_name(input));
     }
     let Packed { file, report } = packed(sources, &names, &args.packing, args.max_memory, &mut progress)?;
     drop(progress);
@@ -189,6 +195,7 @@ EXAMPLES
   unweld pack lod0.ply lod1.ply lod2.ply -o lods.uwm
   unweld pack lod*.obj -o lods.uwm --small --position-bits 12
   unweld pack lod*.glb -o lods.uwm --exact
+  unweld pack lods.glb -o lods.uwm                 all levels of its MSFT_lod
   unweld info lods.uwm
   unweld unpack lods.uwm -o lods/
 

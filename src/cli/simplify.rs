@@ -103,8 +103,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let name = input::name(&args.input);
     let start = Instant::now();
     let mut progress = Progress::new(args.quiet);
-    let reading =
-        Reading { max_memory: args.max_memory, force: false, scenes: false, painted: map.is_some() };
+    let reading = Reading {
+        max_memory: args.max_memory,
+        force: false,
+        scenes: false,
+        painted: map.is_some(),
+        detail: None,
+    };
     let Mesh { mut source, paint, level } = Mesh::read(&args.input, args.level, reading, &mut progress)?;
     let read = start.elapsed().as_secs_f64();
     let mut warnings = Vec::new();

@@ -56,7 +56,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(original) => {
             // What is there counts, as where it was encoded by force.
             let scenes = uwm.contents.scene().is_some();
-            let reading = Reading { max_memory: args.max_memory, force: true, scenes, painted: false };
+            let reading =
+                Reading { max_memory: args.max_memory, force: true, scenes, painted: false, detail: None };
             let mut source = input::read(original, reading)?;
             if source.coordinates == Coordinates::Text && uwm.metadata()?.is_some_and(|m| m.source_float32) {
                 to_binary32(&mut source.mesh);

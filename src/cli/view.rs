@@ -329,7 +329,13 @@ type Meshes = (BTreeMap<Option<u32>, Drawn>, Vec<String>);
 
 fn meshes(args: &Args, progress: &mut Progress) -> anyhow::Result<Meshes> {
     let is_plain = args.look.plain;
-    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: !is_plain };
+    let reading = Reading {
+        max_memory: args.max_memory,
+        force: false,
+        scenes: false,
+        painted: !is_plain,
+        detail: None,
+    };
     let (source, paint) = match Input::open(&args.input, reading)? {
         Input::Levels(mut uwm) => {
             let levels = levels(&mut uwm, &args.level, is_plain, progress)?;

@@ -179,6 +179,9 @@ pub struct ReadOptions {
     /// Whether a glTF stays a scene: each of its meshes once, in its own coordinates times a power of two, as parts of one mesh, and beside it
     /// all else that the file has ([`Source::scene`]). Otherwise it is one mesh of all that is shown, where it is shown. Not by default.
     pub scenes: bool,
+    /// Which level of detail of a glTF is read as one mesh, where its nodes have coarser ones that may stand in their place (`MSFT_lod`): 0 for the nodes
+    /// themselves. Where it is given, all of [`levels_of_detail`] are to be read, and what another one shows is not told as dropped.
+    pub detail: Option<usize>,
 }
 
 impl Default for ReadOptions {
@@ -190,6 +193,7 @@ impl Default for ReadOptions {
             folder: None,
             force: false,
             scenes: false,
+            detail: None,
         }
     }
 }
@@ -239,6 +243,21 @@ pub fn read_painted(bytes: &[u8], options: &ReadOptions) -> Result<(Source, Pain
     let mut paint = Paint::default();
     let source = read_as(bytes, options, Some(&mut paint))?;
     Ok((source, paint))
+}
+
+/// How many levels of detail a glTF's nodes have by the extension `MSFT_lod`, themselves among them; 1 of any other file.
+///
+/// # Errors
+/// As [`read_with`], where the document is at fault.
+pub fn levels_of_detail(bytes: &[u8], options: &ReadOptions) -> Result<usize> {
+    let name = &options.name;
+    let inflated =
+        if gzip::is_gzip(bytes) { Some(gzip::inflate(bytes, options.max_memory, name)?) } else { None };
+    let bytes = inflated.as_deref().unwrap_or(bytes);
+    if !gltf::is_gltf(bytes) {
+        return Ok(1);
+    }
+    gltf::levels_of_detail(bytes, options)
 }
 
 fn read_as(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Result<Source> {

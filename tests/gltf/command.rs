@@ -109,6 +109,40 @@ fn value(source: &Source, semantic: Semantic, corner: usize) -> Vec<f64> {
     (at..at + attribute.components).map(|at| attribute.values.fraction(at, attribute.normalised)).collect()
 }
 
+/// A node that two others may stand for, and one that is at all levels; a scene keeps all of that.
+#[test]
+fn levels_of_detail_of_nodes() {
+    let mut gltf = Gltf::new();
+    let meshes = [(20, 0.0), (10, 0.0), (4, 0.0), (5, 1.0)].map(|(columns, z)| {
+        let (_, primitive) = strip(&mut gltf, columns, z);
+        gltf.mesh(primitive)
+    });
+    let coarser = json!({"MSFT_lod": {"ids": [2, 3]}});
+    let coverage = json!({"MSFT_screencoverage": [0.5, 0.2, 0.01]});
+    gltf.push("nodes", json!({"children": [1, 4], "translation": [0, 0, 2]}));
+    gltf.push("nodes", json!({"mesh": meshes[0], "extensions": coarser, "extras": coverage}));
+    gltf.push("nodes", json!({"mesh": meshes[1]}));
+    gltf.push("nodes", json!({"mesh": meshes[2], "translation": [0, 0, 1]}));
+    gltf.push("nodes", json!({"mesh": meshes[3]}));
+    gltf.json["extensionsUsed"] = json!(["MSFT_lod"]);
+    gltf.json["scenes"] = json!([{"nodes": [0]}]);
+    let folder = Folder::with("a.glb", gltf.glb());
+    folder.done("encode a.glb -o a.uwm -q");
+    folder.done("decode a.uwm -o b.glb -q");
+    for name in ["a.glb", "b.glb"] {
+        let told = folder.done(&format!("pack {name} -o set.uwm --exact"));
+        let dropped = format!("{name}, level 2: dropped nodes, flattened (2), objects with extras (1)\n");
+        assert!(told.contains(&dropped), "{told}");
+        folder.done("unpack set.uwm -o out -q");
+        // Two triangles for each of 4 quads between columns.
+        for (level, columns, z) in [(0, 19 + 4, 2.0), (1, 9 + 4, 2.0), (2, 3 + 4, 3.0)] {
+            let mesh = folder.flat(&format!("out/level-{level}.ply")).mesh;
+            let least = mesh.positions.iter().map(|p| p[2]).fold(f64::MAX, f64::min);
+            assert_eq!((mesh.triangles.len(), least), (8 * columns, z), "{name}, level {level}");
+        }
+    }
+}
+
 /// Joint j has weight 1 at x = j and 0 from the next one on.
 #[test]
 fn joints_and_weights_stay_together() {

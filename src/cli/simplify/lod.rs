@@ -101,7 +101,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let name = input::name(&args.input);
     let mut progress = Progress::new(args.quiet);
-    let reading = Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false };
+    let reading =
+        Reading { max_memory: args.max_memory, force: false, scenes: false, painted: false, detail: None };
     let Mesh { source, level, .. } = Mesh::read(&args.input, None, reading, &mut progress)?;
     for text in level.and_then(|level| level.lost).into_iter().chain(source.remarks.clone()) {
         remark(args.quiet, &format!("{name}: {text}"));

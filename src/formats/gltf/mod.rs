@@ -103,7 +103,7 @@ fn scene(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Resu
     if !options.force {
         notes::check_required(&document.root())?;
     }
-    let scene = Scene::new(&document)?;
+    let scene = Scene::new(&document, options.detail.unwrap_or(0))?;
     let mut notes = Notes::default();
     if options.scenes {
         return kept(&document, &scene, notes);
@@ -113,13 +113,26 @@ fn scene(bytes: &[u8], options: &ReadOptions, paint: Option<&mut Paint>) -> Resu
     if paint.is_none() {
         turn_v(&mut mesh);
     }
-    let mut dropped = notes.in_words(&document, &scene)?;
+    // What another level of detail shows is not lost, where there is to be one of each.
+    let mut shown: Vec<usize> = scene.instances.iter().map(|instance| instance.mesh).collect();
+    if options.detail.is_some() {
+        for detail in 0..scene::levels_of_detail(&document)? {
+            shown.extend(Scene::new(&document, detail)?.instances.iter().map(|instance| instance.mesh));
+        }
+        notes.keeps_detail = true;
+    }
+    let mut dropped = notes.in_words(&document, &scene, &shown)?;
     dropped.extend(left_out);
     let mut source = source(mesh, dropped);
     if let Some(paint) = paint {
         *paint = painted::paint(&document, materials, &mut source.remarks)?;
     }
     Ok(source)
+}
+
+/// See [`levels_of_detail`](super::levels_of_detail).
+pub(super) fn levels_of_detail(bytes: &[u8], options: &ReadOptions) -> Result<usize> {
+    scene::levels_of_detail(&Document::parse(bytes, options.folder.clone(), options.max_memory)?)
 }
 
 /// The scene as it is.

@@ -9,7 +9,7 @@ use super::draco;
 use super::json::At;
 use super::meshopt;
 use super::primitive::{self, Topology};
-use super::scene::{INSTANCING, Scene};
+use super::scene::{DETAIL, INSTANCING, Scene};
 use crate::error::Result;
 
 /// Counts of what is not kept.
@@ -27,6 +27,8 @@ pub(super) struct Notes {
     pub unchecked: Vec<String>,
     /// Images that are not there, in words.
     pub lost_images: Vec<String>,
+    /// Whether further levels of detail are kept elsewhere.
+    pub keeps_detail: bool,
     /// What is no loss, in words.
     pub remarks: Vec<String>,
     /// As [`Source::texels`](crate::formats::Source::texels).
@@ -54,11 +56,16 @@ impl Notes {
         counts.chain(extensions).chain(unchecked).chain(self.lost_images).collect()
     }
 
-    /// What is not kept of a document that is flattened, in words for the user.
+    /// What is not kept of a document that is flattened, in words for the user; these meshes of it are shown, here or elsewhere.
     ///
     /// # Errors
     /// Where a mode is none.
-    pub(super) fn in_words(self, document: &Document<'_>, scene: &Scene) -> Result<Vec<String>> {
+    pub(super) fn in_words(
+        self,
+        document: &Document<'_>,
+        scene: &Scene,
+        kept: &[usize],
+    ) -> Result<Vec<String>> {
         let root = document.root();
         let (mut points, mut lines, mut targets) = (0, 0, 0);
         let meshes = root.list("meshes")?;
@@ -73,11 +80,14 @@ impl Notes {
                 }
             }
         }
+        kept.iter().for_each(|&mesh| shown[mesh] = true);
         let unshown = shown.iter().filter(|shown| !**shown).count();
         let listed = |list: &str| root.list(list).map(|list| list.len());
         let scenes = listed("scenes")?.saturating_sub(1);
         let mut found = Found::default();
         found.look(root.value, 0);
+        // Of nodes it is kept, of materials lost with these, as is told.
+        found.extensions.retain(|name, _| !self.keeps_detail || *name != DETAIL);
         let counts = [
             ("primitives of points", points),
             ("primitives of lines", lines),

@@ -1,4 +1,4 @@
-//! Which meshes a scene shows, and where (glTF 2.0, §3.5).
+//! Which meshes a scene shows, and where (glTF 2.0, §3.5); at a coarser level of detail, where its nodes have some (`MSFT_lod`).
 
 use super::accessor::Accessor;
 use super::document::Document;
@@ -30,13 +30,17 @@ pub(super) struct Scene {
 /// The name of the extension that has a mesh many times.
 pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
+/// The name of the extension by which a node has coarser ones that may stand in its place.
+pub(super) const DETAIL: &str = "MSFT_lod";
+
 impl Scene {
     /// Walks the nodes of the scene that a document shows, or of all its roots where it has no scenes; where no node at all has a
-    /// mesh, each mesh stands by itself.
+    /// mesh, each mesh stands by itself. At a level of detail above 0 the node that is named for it stands in the place of each that has such, or the last
+    /// one named.
     ///
     /// # Errors
     /// At a node that is reached twice, at a transformation that is none.
-    pub(super) fn new(document: &Document<'_>) -> Result<Self> {
+    pub(super) fn new(document: &Document<'_>, detail: usize) -> Result<Self> {
         let root = document.root();
         let nodes = root.list("nodes")?;
         document.take(nodes.len(), BYTES_A_NODE)?;
@@ -46,6 +50,9 @@ impl Scene {
         let mut open: Vec<(usize, String, Matrix)> =
             roots(document, &nodes)?.into_iter().map(|(k, from)| (k, from, Matrix::IDENTITY)).rev().collect();
         while let Some((k, from, above)) = open.pop() {
+            let coarser = nodes.get(k).filter(|_| detail > 0).map(coarser).transpose()?;
+            let coarser = coarser.and_then(|list| list.into_iter().take(detail).next_back());
+            let (k, from) = coarser.unwrap_or((k, from));
             let (Some(node), Some(seen)) = (nodes.get(k), seen.get_mut(k)) else {
                 return Err(fault(&from, format!("names item {k} of /nodes, which has {}", nodes.len())));
             };
@@ -121,6 +128,23 @@ impl Scene {
     }
 }
 
+/// How many levels of detail a document has, that of its own nodes among them.
+///
+/// # Errors
+/// Where a list of the extension is none.
+pub(super) fn levels_of_detail(document: &Document<'_>) -> Result<usize> {
+    let mut most = 0;
+    for node in document.root().list("nodes")? {
+        most = most.max(coarser(&node)?.len());
+    }
+    Ok(1 + most)
+}
+
+/// The coarser nodes that may stand in the place of a node, the finest first, and where they are named.
+fn coarser(node: &At<'_>) -> Result<Vec<(usize, String)>> {
+    node.extension(DETAIL).map_or_else(|| Ok(Vec::new()), |lod| references(&lod, "ids"))
+}
+
 /// The nodes that a scene begins with, and where they are named.
 fn roots(document: &Document<'_>, nodes: &[At<'_>]) -> Result<Vec<(usize, String)>> {
     let root = document.root();
@@ -131,10 +155,10 @@ fn roots(document: &Document<'_>, nodes: &[At<'_>]) -> Result<Vec<(usize, String
     if let Some(scene) = scene {
         return references(&scene, "nodes");
     }
-    // Without scenes, whatever is nobody's child.
+    // Without scenes, whatever is nobody's child and stands in nobody's place.
     let mut is_child = vec![false; nodes.len()];
     for node in nodes {
-        for (k, _) in references(node, "children")? {
+        for (k, _) in references(node, "children")?.into_iter().chain(coarser(node)?) {
             if let Some(is_child) = is_child.get_mut(k) {
                 *is_child = true;
             }

@@ -60,17 +60,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     ply.write(|out| MeshFormat::Ply.write(&mesh, None, out))?;
     let triangles = count(mesh.triangles.len() as u64, "triangle");
     say(&format!("Made a mesh of {triangles}: {}\n\n", ply.name))?;
-    let source = Source {
-        mesh,
-        format: Format::Ply,
-        polygons: 0,
-        coordinates: Coordinates::Float64,
-        text: false,
-        dropped: vec![],
-        remarks: vec![],
-        scene: None,
-        texels: Default::default(),
-    };
+    let source = Source::new(mesh, Format::Ply, Coordinates::Float64);
     let mesh = Shown { original: &ply, uwm: output("demo.uwm")?, picture: output("demo.png")? };
     let options = Options { keyframes: Keyframes::Levels(KEYFRAMES.to_vec()), ..Options::default() };
     let mesh_file = mesh.show(&source, options, &mut progress)?;

@@ -141,21 +141,14 @@ impl Mesh {
             shown::placed(&decoder, reading.max_memory).with_context(|| uwm.name.clone())?
         };
         let real = decoder.correction().filter(|_| level == 0).map(|correction| correction.real);
+        let coordinates =
+            if real == Some(Real::Binary32) { Coordinates::Float32 } else { Coordinates::Float64 };
         let source = Source {
-            mesh,
-            format: Format::Ply,
-            polygons: 0,
-            coordinates: if real == Some(Real::Binary32) {
-                Coordinates::Float32
-            } else {
-                Coordinates::Float64
-            },
-            text: false,
             dropped,
-            remarks: vec![],
             scene,
             // As fine as they are, so that they are again.
             texels: uwm.contents.attributes.iter().filter_map(step_of_texture_coordinates).collect(),
+            ..Source::new(mesh, Format::Ply, coordinates)
         };
         let contents = &uwm.contents;
         let parts = [

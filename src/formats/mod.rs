@@ -160,6 +160,23 @@ pub struct Source {
     pub texels: BTreeMap<u32, f64>,
 }
 
+impl Source {
+    /// A mesh of triangles in binary numbers, of which nothing was lost, and nothing else.
+    pub fn new(mesh: IndexedMesh, format: Format, coordinates: Coordinates) -> Self {
+        Self {
+            mesh,
+            format,
+            polygons: 0,
+            coordinates,
+            text: false,
+            dropped: Vec::new(),
+            remarks: Vec::new(),
+            scene: None,
+            texels: BTreeMap::new(),
+        }
+    }
+}
+
 /// How to read a mesh.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -494,7 +511,7 @@ mod tests {
                 let source = read_bytes(&bytes, None, "").unwrap();
                 prop_assert_eq!(
                     source,
-                    Source { mesh: mesh.clone(), format, polygons: 0, coordinates, text, dropped: vec![], remarks: vec![], scene: None, texels: BTreeMap::new() }
+                    Source { text, ..Source::new(mesh.clone(), format, coordinates) }
                 );
             }
         }

@@ -9,8 +9,6 @@
 //! - The triangles that the same object, group and material name are a part. Its name is the statements that tell
 //!   them, each a line: `o Cube`, `g left`, `usemtl red`. An object has groups of its own.
 
-use std::collections::BTreeMap;
-
 use crate::error::{Error, InputError, Place, Result};
 use crate::mesh::attributes::{Attribute, NO_VALUE, Semantic};
 
@@ -86,17 +84,7 @@ pub(super) fn read(bytes: &[u8], name: &str, force: bool) -> Result<Source> {
     (mesh.part_names, mesh.libraries) = (part_names, libraries);
     let dropped = dropped.in_words().into_iter().chain(gathered.dropped).chain(notes).collect();
     let (format, coordinates) = (Format::Obj, super::Coordinates::Text);
-    Ok(Source {
-        mesh,
-        format,
-        polygons,
-        coordinates,
-        text: true,
-        dropped,
-        remarks: vec![],
-        scene: None,
-        texels: BTreeMap::new(),
-    })
+    Ok(Source { polygons, text: true, dropped, ..Source::new(mesh, format, coordinates) })
 }
 
 /// The file as statements of words.

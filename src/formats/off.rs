@@ -14,8 +14,6 @@
 
 use byteorder::BigEndian;
 
-use std::collections::BTreeMap;
-
 use crate::error::Result;
 
 use super::fan::{Faces, Fans};
@@ -279,17 +277,7 @@ impl Body {
         let mesh = gathered.mesh(mesh);
         self.dropped.extend(gathered.dropped);
         self.dropped.extend(notes);
-        Source {
-            mesh,
-            format: Format::Off,
-            polygons,
-            coordinates,
-            text,
-            dropped: self.dropped,
-            remarks: vec![],
-            scene: None,
-            texels: BTreeMap::new(),
-        }
+        Source { polygons, text, dropped: self.dropped, ..Source::new(mesh, Format::Off, coordinates) }
     }
 }
 

@@ -11,8 +11,6 @@
 
 use byteorder::{BigEndian, LittleEndian};
 
-use std::collections::BTreeMap;
-
 use crate::error::{Error, InputError, Place, Result};
 use crate::mesh::IndexedMesh;
 
@@ -117,17 +115,7 @@ fn read_elements(header: &Header, layout: &Layout, mut values: impl Values) -> R
         _ => Coordinates::Float32,
     };
     let (format, text) = (Format::Ply, header.encoding == Encoding::Ascii);
-    Ok(Source {
-        mesh,
-        format,
-        polygons,
-        coordinates,
-        text,
-        dropped,
-        remarks: vec![],
-        scene: None,
-        texels: BTreeMap::new(),
-    })
+    Ok(Source { polygons, text, dropped, ..Source::new(mesh, format, coordinates) })
 }
 
 fn read_vertices(

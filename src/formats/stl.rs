@@ -13,8 +13,6 @@
 
 use byteorder::{ByteOrder, LittleEndian};
 
-use std::collections::BTreeMap;
-
 use crate::error::{InputError, Place, Result};
 use crate::mesh::IndexedMesh;
 
@@ -140,17 +138,7 @@ pub(super) fn not_finite(axis: usize, corner: usize, facet: usize, x: f64) -> St
 
 pub(super) fn source(mesh: IndexedMesh, polygons: usize, text: bool, dropped: Vec<String>) -> Source {
     let coordinates = if text { Coordinates::Text } else { Coordinates::Float32 };
-    Source {
-        mesh,
-        format: Format::Stl,
-        polygons,
-        coordinates,
-        text,
-        dropped,
-        remarks: vec![],
-        scene: None,
-        texels: BTreeMap::new(),
-    }
+    Source { polygons, text, dropped, ..Source::new(mesh, Format::Stl, coordinates) }
 }
 
 /// Normals of facets, which follow from the corners: they are worth a word only where they do not.

@@ -107,7 +107,7 @@ const LEAST: usize = 64;
 
 #[cfg(test)]
 mod tests {
-    use super::super::{Features, Options, simplify};
+    use super::super::{Features, Options, Simplified, simplify};
     use crate::mesh::{CornerTable, IndexedMesh, Lattice, lattice};
     use bitvec::bitvec;
     use std::f64::consts::TAU;
@@ -138,14 +138,15 @@ mod tests {
         IndexedMesh::new(positions, triangles)
     }
 
-    /// The rows between the ends go, the first and the third before the second, each in two levels, and nothing else with them.
-    #[test]
-    fn rows_of_a_wall_go_first() {
-        let (around, rows) = (120, 4);
-        let mesh = prism(around, rows);
+    /// The vertices that the first level of a prism lacks, on 12 bits a coordinate.
+    fn first_level(around: u32, rows: u32) -> Vec<u32> {
+        simplified(&prism(around, rows)).history.level(0).iter().map(|operation| operation.vertex.0).collect()
+    }
+
+    fn simplified(mesh: &IndexedMesh) -> Simplified {
         let table = CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap();
         let (min, max) = lattice::bounds(mesh.positions.iter().copied()).unwrap();
-        let done = simplify(
+        simplify(
             table,
             &mesh.positions,
             bitvec![0; mesh.positions.len()],
@@ -154,7 +155,22 @@ mod tests {
             &Options { base_vertices: Some(20), ..Options::default() },
             &mut |_, _| true,
         )
-        .unwrap();
+        .unwrap()
+    }
+
+    /// With 30 round there are 60 vertices that would go first, and that is too few; with 34, 68.
+    #[test]
+    fn a_few_vertices_are_no_rows() {
+        let are_first =
+            |around: u32| first_level(around, 4).into_iter().all(|v| [1, 3].contains(&(v / around)));
+        assert_eq!((are_first(30), are_first(34)), (false, true));
+    }
+
+    /// The rows between the ends go, the first and the third before the second, each in two levels, and nothing else with them.
+    #[test]
+    fn rows_of_a_wall_go_first() {
+        let (around, rows) = (120, 4);
+        let done = simplified(&prism(around, rows));
         for (j, (rows, count)) in
             [([1, 3], around), ([1, 3], around), ([2, 2], around / 2), ([2, 2], around / 2)]
                 .into_iter()

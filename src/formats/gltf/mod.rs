@@ -51,8 +51,6 @@ mod uri;
 mod weights;
 mod write;
 
-use std::collections::BTreeMap;
-
 use self::document::Document;
 use self::flatten::Flattened;
 use self::layout::Layout;
@@ -149,9 +147,7 @@ fn kept(document: &Document<'_>, scene: &Scene, mut notes: Notes) -> Result<Sour
 fn source(mesh: IndexedMesh, dropped: Vec<String>) -> Source {
     let is_binary32 = mesh.positions.as_flattened().iter().all(|&x| f64::from(x as f32) == x);
     let coordinates = if is_binary32 { Coordinates::Float32 } else { Coordinates::Float64 };
-    let (polygons, text, remarks, scene) = (0, false, vec![], None);
-    let texels = BTreeMap::new();
-    Source { mesh, format: Format::Gltf, polygons, coordinates, text, dropped, remarks, scene, texels }
+    Source { dropped, ..Source::new(mesh, Format::Gltf, coordinates) }
 }
 
 /// See [`unwritten`](super::unwritten).

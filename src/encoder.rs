@@ -269,7 +269,7 @@ impl<'a> Encoder<'a> {
         if let Keyframes::Every(0) = options.keyframes {
             return Err(parameter("every 0 levels is no distance of keyframes"));
         }
-        if options.lifting > MAX_LIFTING {
+        if options.lifting.is_some_and(|lifting| lifting > MAX_LIFTING) {
             return Err(Error::Parameter(format!("the lifting must be at most {MAX_LIFTING} 64ths")));
         }
         if let Preview::Schedule(schedule) = &options.preview

@@ -92,7 +92,7 @@ fn one_component_is_as_it_was() {
 fn errors_count_what_is_missing() {
     let mesh = parts(60);
     for lifting in [0, 13] {
-        let (file, contents) = encoded(&mesh, Options { lifting, ..small() });
+        let (file, contents) = encoded(&mesh, Options { lifting: Some(lifting), ..small() });
         assert!(has_births(&contents));
         let sizes = |mesh: &IndexedMesh| -> f64 {
             let mut low = [f64::INFINITY; 3];

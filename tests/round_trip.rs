@@ -31,7 +31,7 @@ fn the_grid_of_a_preview_follows_the_error() {
         (Preview::Fine, 0, 2.0),
         (Preview::Auto, 13, 1.0),
     ] {
-        let mut options = Options { preview, lifting, ..Options::default() };
+        let mut options = Options { preview, lifting: Some(lifting), ..Options::default() };
         options.simplify.base_vertices = Some(30);
         let file = Encoder::new(options).encode_to_vec(&shapes::sphere(4)).unwrap();
         let contents = parse_contents(&file).unwrap().unwrap();
@@ -335,7 +335,8 @@ fn profiles_do_what_their_names_say() {
 fn rich_models_take_fewer_bytes() {
     for (mesh, few) in [(shapes::bumpy_sphere(3, 3), true), (shapes::torus(65, 64), false)] {
         assert_eq!(mesh.positions.len() <= FEW, few);
-        let file = Encoder::new(Options { lifting: 0, ..Options::default() }).encode_to_vec(&mesh).unwrap();
+        let file =
+            Encoder::new(Options { lifting: Some(0), ..Options::default() }).encode_to_vec(&mesh).unwrap();
         assert_eq!(parse_contents(&file).unwrap().unwrap().header.coding.rich_models, few);
     }
     let mesh = shapes::bumpy_sphere(5, 3);

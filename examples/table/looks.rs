@@ -86,7 +86,7 @@ impl Textured {
     fn base(&self, vertices: usize) -> anyhow::Result<IndexedMesh> {
         let mut options = Options::default();
         (options.births, options.preview, options.lifting, options.position_bits) =
-            (false, Preview::Off, 0, 18);
+            (false, Preview::Off, Some(0), 18);
         options.simplify.base_vertices = Some(vertices);
         let all = self.mesh.attributes.iter().map(Attribute::title);
         options.attribute_births = all.map(|name| (name, AttributeBirth::Base)).collect();

@@ -14,7 +14,7 @@ use unweld::mesh::IndexedMesh;
 pub fn table(cases: &[Case]) -> anyhow::Result<Table> {
     let mut table = Table::new("Prefixes", &[&note()], &COLUMNS);
     for case in cases {
-        let plain = encoder::Options { preview: Preview::Off, lifting: 0, ..case.options() };
+        let plain = encoder::Options { preview: Preview::Off, lifting: Some(0), ..case.options() };
         let files = [case.options(), plain].map(|options| Encoder::new(options).encode_to_vec(&case.mesh));
         let [lifted, plain] = files;
         let files = [lifted?, plain?];

@@ -10,6 +10,8 @@ use unweld::simplify;
 /// How the next vertex is chosen.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Method {
+    /// `ffc`; `stellar` where corners have values and at levels that take rows
+    Auto,
     /// The best of some random vertices
     Stellar,
     /// The best of all, by a priority queue
@@ -68,7 +70,7 @@ impl Preview {
 #[command(next_help_heading = "Simplification")]
 pub struct Simplification {
     /// How the next vertex to remove is chosen
-    #[arg(long, value_enum, default_value = "stellar")]
+    #[arg(long, value_enum, default_value = "auto")]
     pub method: Method,
     #[command(flatten)]
     pub removal: Removal,
@@ -111,6 +113,7 @@ impl Removal {
         let profile = profile.simplify();
         simplify::Options {
             method: match method {
+                Method::Auto => simplify::Method::Auto,
                 Method::Stellar => simplify::Method::Stellar,
                 Method::Ffc => simplify::Method::Ffc,
             },

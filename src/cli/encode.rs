@@ -58,9 +58,10 @@ pub struct Args {
     /// How coarse the coordinates of coarse levels are
     #[arg(long, value_enum, default_value = "auto")]
     preview: Preview,
-    /// How far vertices of coarse levels leave their places for the levels to be nearer to the input, 0, not at all, to 32
-    #[arg(long, value_name = "F", default_value_t = Options::default().lifting, value_parser = clap::value_parser!(u8).range(..=i64::from(MAX_LIFTING)))]
-    lifting: u8,
+    /// How far vertices of coarse levels leave their places for the levels to be nearer to the input, 0, not at all, to 32; where not
+    /// given, 18, or 13 where they stand in rows or have attributes that vary
+    #[arg(long, value_name = "F", value_parser = clap::value_parser!(u8).range(..=i64::from(MAX_LIFTING)))]
+    lifting: Option<u8>,
     /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
@@ -414,7 +415,7 @@ fn settings(args: &Args, kept: Kept) -> Vec<(String, String)> {
         ("keep-order".to_owned(), kept.order.to_string()),
         ("profile".to_owned(), value_name(&args.profile)),
         ("preview".to_owned(), value_name(&args.preview)),
-        ("lifting".to_owned(), args.lifting.to_string()),
+        ("lifting".to_owned(), args.lifting.map_or("auto".to_owned(), |f| f.to_string())),
         ("base-vertices".to_owned(), args.base_vertices.map_or("auto".to_owned(), |n| n.to_string())),
         ("keep-components".to_owned(), args.keep_components.to_string()),
         ("keyframes".to_owned(), keyframes),
@@ -432,11 +433,11 @@ const DEFAULTS: [(&str, &str); 14] = [
     ("keep-order", "false"),
     ("profile", "default"),
     ("preview", "auto"),
-    ("lifting", "13"),
+    ("lifting", "auto"),
     ("base-vertices", "auto"),
     ("keep-components", "false"),
     ("keyframes", "none"),
-    ("method", "stellar"),
+    ("method", "auto"),
     ("choices", "8"),
     ("lock-boundary", "false"),
     ("weld", "exact"),

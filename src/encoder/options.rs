@@ -21,8 +21,9 @@ pub struct Options {
     pub preview: Preview,
     /// How far coarse levels are lifted towards the vertices that they lack (spec §5.4.5): by which part of such a vertex's height the ends
     /// of its edge follow it, in 64ths. 0 for not at all, so that coarse levels have vertices of the input alone; at most
-    /// [`MAX_LIFTING`](crate::limits::MAX_LIFTING). Level 0 is the same.
-    pub lifting: u8,
+    /// [`MAX_LIFTING`](crate::limits::MAX_LIFTING). Level 0 is the same. Where not given, 18, or 13 where the first level follows the rows of a
+    /// regular sampling or corners have values.
+    pub lifting: Option<u8>,
     /// Whether boundary vertices stay.
     pub lock_boundary: bool,
     /// Whether coarse levels may lack small components of the mesh, which are born at the first level that is nearer to the input than they
@@ -63,7 +64,7 @@ impl Default for Options {
             simplify: simplify::Options::default(),
             keyframes: Keyframes::None,
             preview: Preview::Auto,
-            lifting: DEFAULT_LIFTING,
+            lifting: None,
             lock_boundary: false,
             births: true,
             weld: Weld::Exact,
@@ -103,8 +104,11 @@ impl Options {
 /// Vertices up to which models are rich where [`Options::rich_models`] does not say.
 pub const FEW: usize = 4096;
 
-/// A fifth: 0.15 to 0.25 do as well.
-const DEFAULT_LIFTING: u8 = 13;
+/// More than a quarter: levels are nearer to the input by 2 to 4 % than at a fifth, and places cost 0.3 % more.
+pub(super) const LIFTING: u8 = 18;
+/// A fifth: what is lifted off a row is no longer told by it, which costs 2 to 3 % at more than a quarter. Where corners have values, more
+/// has not been found to pay.
+pub(super) const LIFTING_OF_ROWS: u8 = 13;
 
 /// Which lattice the coordinates live on.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

@@ -4,6 +4,7 @@
 //! the reverse of the order in which a decoder will come to them; and that order follows from the walks of the levels, from coarse to fine.
 
 use super::Options;
+use super::options::{LIFTING, LIFTING_OF_ROWS};
 use super::schedule::Schedule;
 use crate::codec::lift::{Cells, plus};
 use crate::codec::walk::Walk;
@@ -54,7 +55,9 @@ impl Places {
     ) -> Result<Self> {
         let finest = std::mem::take(&mut base.positions);
         let traces = std::mem::take(&mut simplified.traces);
-        let mut lifting = if lattice.bits < Lattice::MAX_BITS { options.lifting } else { 0 };
+        let usual = if simplified.lies_close { LIFTING_OF_ROWS } else { LIFTING };
+        let wanted = options.lifting.unwrap_or(usual);
+        let mut lifting = if lattice.bits < Lattice::MAX_BITS { wanted } else { 0 };
         let splits = if lifting > 0 { splits(&simplified.history, base)? } else { Vec::new() };
         let mut moved = (lifting > 0).then(|| {
             let input = std::mem::take(&mut simplified.input);

@@ -159,7 +159,7 @@ fn one_level(options: &Options, exact: Option<Real>) -> Options {
         lattice: options.lattice,
         simplify: simplify::Options { base_vertices: Some(usize::MAX), ..simplify::Options::default() },
         preview: super::Preview::Off,
-        lifting: 0,
+        lifting: Some(0),
         rich_models: Some(false),
         births: false,
         weld: options.weld,

@@ -83,7 +83,7 @@ fn any_options(choices: &mut Choices) -> encoder::Options {
         atom_bytes: 1 + choices.below(40),
         keyframes: [Keyframes::All, Keyframes::None, Keyframes::Every(2)][choices.below(3)].clone(),
         preview: any_preview(choices),
-        lifting: choices.below(33) as u8,
+        lifting: Some(choices.below(33) as u8),
         exact: [None, Some(Real::Binary64)][choices.below(2)],
         keep_order: choices.below(2) == 1,
         rich_models: [None, Some(false), Some(true)][choices.below(3)],

@@ -38,8 +38,13 @@ pub fn remove_level(
         remover,
         report,
     };
+    let by_queue = match options.method {
+        Method::Auto => level.remover.pattern.is_none(),
+        Method::Stellar => false,
+        Method::Ffc => true,
+    };
     // The queue asks for all costs anyway.
-    let every = if options.method == Method::Ffc { 1 } else { level.remover.vertices / SAMPLE };
+    let every = if by_queue { 1 } else { level.remover.vertices / SAMPLE };
     let every = every.clamp(1, SPARSEST) as u32;
     let pattern = level.remover.pattern.as_ref().map(|pattern| (pattern.class, pattern.is_exact()));
     if let Some((_, true)) = pattern {
@@ -59,9 +64,10 @@ pub fn remove_level(
     if let Some(class) = preferred {
         level.remove_class(&candidates, class, of_class)?;
     }
-    match options.method {
-        Method::Stellar => level.by_choice(candidates, [cheap, most], options.choices, random),
-        Method::Ffc => level.by_queue(&candidates, most),
+    if by_queue {
+        level.by_queue(&candidates, most)
+    } else {
+        level.by_choice(candidates, [cheap, most], options.choices, random)
     }
 }
 

@@ -77,6 +77,11 @@ impl Metric {
         }
     }
 
+    /// Shape counts for so much of what it did.
+    pub fn weigh_shape(&mut self, share: f64) {
+        self.beta *= share;
+    }
+
     /// What rounding to the lattice costs anyway: the variance of a place in its cell, over a squared mean edge.
     pub fn noise(&self) -> f32 {
         self.noise as f32

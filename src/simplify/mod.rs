@@ -46,7 +46,7 @@ use bitvec::vec::BitVec;
 use frame::{Frame, Places};
 use level::Allowance;
 use removal::{Kept, Remover};
-use rows::Rows;
+use rows::{Pattern, Rows};
 use seams::Seams;
 use seconds::timed;
 use values::Corners;
@@ -54,8 +54,12 @@ use values::Corners;
 /// How the next vertex is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// The best of [`Options::choices`] random vertices.
+    /// [`Method::Ffc`] but [`Method::Stellar`] where corners have values, and at levels that take the rows of a regular sampling: there a
+    /// queue would take what is left in another order than that of the rows. Where levels neither follow rows nor have values, shape has three
+    /// quarters of its weight.
     #[default]
+    Auto,
+    /// The best of [`Options::choices`] random vertices.
     Stellar,
     /// The best of all, by a priority queue.
     Ffc,
@@ -81,9 +85,9 @@ pub struct Options {
     pub method: Method,
     /// Weight of the distortion C(v), over the fourth power of the mean edge length.
     pub alpha: f64,
-    /// Weight of the shape S(v), over the mean edge length round v.
+    /// Weight of the shape S(v), over the mean edge length round v; [`Method::Auto`] takes less of it where there are no rows.
     pub beta: f64,
-    /// d, the number of random vertices compared by [`Method::Stellar`]; at least 1.
+    /// d, the number of random vertices that a choice of [`Method::Stellar`] compares; at least 1.
     pub choices: u32,
     /// Vertices to stop at; [`default_base_vertices`] where not given.
     pub base_vertices: Option<usize>,
@@ -104,7 +108,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         Self {
-            method: Method::Stellar,
+            method: Method::Auto,
             alpha: 0.75,
             beta: 0.02,
             choices: 8,
@@ -136,7 +140,9 @@ impl Options {
     /// poor triangle shows, its shape counts for less.
     fn for_values(&self) -> Self {
         let regular = if self.regular == Regular::Preferred { Regular::Followed } else { self.regular };
+        let method = if self.method == Method::Auto { Method::Stellar } else { self.method };
         Self {
+            method,
             level_budget: self.level_budget.min(BUDGET_OF_VALUES),
             beta: SHAPE_BESIDE_VALUES * self.beta,
             regular,
@@ -162,6 +168,8 @@ pub struct Simplified {
     pub input: CornerTable,
     /// Which of its vertices are of which body.
     pub bodies: Bodies,
+    /// Whether the first level followed the rows of a regular sampling, or corners have values: what lies far from its place costs more there.
+    pub lies_close: bool,
     /// The coarsest level at which all charts are whole ([`Features::seams`]); all coarser ones know of no seam but [`Features::kept`].
     pub charts_to: usize,
     /// Where the time went.
@@ -190,8 +198,8 @@ pub fn simplify(
     let Features { seams, kept, binding, values, bodies } = features;
     let gives_up = !binding && seams != kept;
     let (seams, corners) = (Seams::new(&table, seams, kept)?, Corners::new(&table, values)?);
-    let options =
-        &if corners.as_ref().is_some_and(Corners::vary) { options.for_values() } else { options.clone() };
+    let has_values = corners.as_ref().is_some_and(Corners::vary);
+    let options = &if has_values { options.for_values() } else { options.clone() };
     let mut remover = Remover::new(table, places, Kept { locked, seams, gives_up, corners, bodies }, options);
     let start = remover.vertices;
     let mut held = remover.held();
@@ -220,7 +228,7 @@ pub fn simplify(
     let mut budget = options.level_budget;
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
-    let mut walked = 0;
+    let (mut walked, mut in_rows, mut is_first) = (0, false, true);
     let (mut thins, mut charts_to, mut is_stuck) = (false, None, false);
     while walked + remover.table.triangle_count() as u64 <= allowed {
         // A level most of whose vertices stay for their charts' sake has little of the surface.
@@ -246,6 +254,11 @@ pub fn simplify(
             let pattern = rows.next_level(&mut remover);
             // None of the cheap ones may go, but another.
             may_go_on = budget < 1.0 || pattern.is_some() || along_lines;
+            in_rows |= is_first && pattern.as_ref().is_some_and(Pattern::is_exact);
+            if is_first && !in_rows && options.method == Method::Auto {
+                remover.weigh_shape(SHAPE_WITHOUT_ROWS);
+            }
+            is_first = false;
             remover.begin_level(pattern);
             if quota > 0 {
                 let allowance = Allowance { quota, budget, gone };
@@ -283,11 +296,14 @@ pub fn simplify(
     history.shrink_to_fit();
     let (weights, input, bodies) = covering.into_parts();
     let charts_to = charts_to.unwrap_or(history.level_count());
-    Ok(Simplified { base, history, errors, traces, weights, input, bodies, charts_to, seconds })
+    let lies_close = in_rows || has_values;
+    Ok(Simplified { base, history, errors, traces, weights, input, bodies, lies_close, charts_to, seconds })
 }
 
 /// Budget of a level that has values.
 const BUDGET_OF_VALUES: f64 = 0.2;
+/// What of the weight of shape is left where there are no rows: round triangles let levels be coded in fewer bytes, most of all of rows.
+const SHAPE_WITHOUT_ROWS: f64 = 0.75;
 /// What of the weight of shape is left where there are values.
 const SHAPE_BESIDE_VALUES: f64 = 0.5;
 /// Vertices of the input for each that a base may have before components are left out of it that are larger than its error.

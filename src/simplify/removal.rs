@@ -134,6 +134,12 @@ impl<'a> Remover<'a> {
         }
     }
 
+    /// Shape counts for so much of what it did.
+    pub fn weigh_shape(&mut self, share: f64) {
+        self.metric.weigh_shape(share);
+        self.energies.costs.fill(f32::NAN);
+    }
+
     /// Begins a level: nothing is blocked.
     pub fn begin_level(&mut self, pattern: Option<Pattern>) {
         // What removed triangles have left is most of the memory by and by, and what is near each other is read sooner.

@@ -27,8 +27,12 @@ impl Stage {
     }
 
     fn lifted(mesh: &IndexedMesh, bits: u32, lifting: u8) -> Self {
-        let mut options =
-            Options { position_bits: bits, lifting, rich_models: Some(false), ..Options::default() };
+        let mut options = Options {
+            position_bits: bits,
+            lifting: Some(lifting),
+            rich_models: Some(false),
+            ..Options::default()
+        };
         options.simplify.base_vertices = Some(mesh.positions.len());
         let bytes = Encoder::new(options).encode_to_vec(mesh).unwrap();
         let mut draft = Draft::of(&bytes);

@@ -212,7 +212,7 @@ proptest! {
     ) {
         // As the bases made below: without shift and margin.
         let mut options =
-            Options { position_bits: 8, lifting: 0, preview: Preview::Off, ..Options::default() };
+            Options { position_bits: 8, lifting: Some(0), preview: Preview::Off, ..Options::default() };
         options.simplify.base_vertices = Some(4 + shape);
         let bytes = Encoder::new(options).encode_to_vec(&every_shape()[shape]).unwrap();
         let file = File::read(&bytes).unwrap();

@@ -111,7 +111,8 @@ fn components_of_many_sizes() {
         }
         for preview in [Preview::Off, Preview::Auto, Preview::Schedule(vec![1, 2, 5])] {
             for lifting in [0, 13] {
-                let options = Options { preview: preview.clone(), lifting, ..with_keyframes() };
+                let options =
+                    Options { preview: preview.clone(), lifting: Some(lifting), ..with_keyframes() };
                 comes_back(&mesh, &options);
                 let bytes = Encoder::new(options).encode_to_vec(&mesh).unwrap();
                 let file = File::read(&bytes).unwrap();

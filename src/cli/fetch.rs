@@ -1,5 +1,6 @@
 //! `unweld fetch`: a file from a server, or as much of it as is wanted.
 
+mod light;
 mod part;
 mod set;
 mod steps;
@@ -26,7 +27,6 @@ use std::io::{self, Read, Seek, SeekFrom, Write};
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
-use steps::steps;
 use told::{Got, Of, Told};
 use unweld::Error;
 use unweld::client::{
@@ -47,6 +47,10 @@ pub struct Args {
     output: PathBuf,
     #[command(flatten)]
     quality: Quality,
+    /// Of the images of a scene pictures of at most N pixels along the longer side, 1 or more, where it has such, and its smallest elsewhere, and not
+    /// the images themselves: all of the mesh in less of the file, for .uwm, .glb and .gltf
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    textures: Option<u32>,
     /// For a mesh: where to start, from the base, or from the keyframe next to the wanted level
     #[arg(long, value_enum, default_value = "replay")]
     via: decode::Via,
@@ -82,6 +86,8 @@ struct Wanted {
     mesh: bool,
     /// As a mesh of a format that has room for nothing else: nor are resources.
     alone: bool,
+    /// Pixels of images that are enough.
+    textures: Option<u32>,
 }
 
 /// Runs the command.
@@ -97,15 +103,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         )
         .into());
     }
+    light::check(args, format)?;
     let output = Output::new(&args.output, args.token_file.as_deref())?;
     let wanted = Wanted {
         quality: args.quality,
         keyframe: args.via == decode::Via::Keyframe,
         mesh: format.is_some(),
         alone: format.is_some_and(|format| !format.is_gltf()),
+        textures: args.textures,
     };
     let mut sink = match (format, output.target()) {
-        (None, None) => Sink::Stream(output.open()?),
+        (None, None) if args.textures.is_none() => Sink::Stream(output.open()?),
         _ => Sink::Part(Part::open(&output)?),
     };
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
@@ -118,9 +126,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     });
     let got = match (outcome, sink) {
         (Ok(got), Sink::Part(part)) => {
-            match format {
-                None => part.finish(got.end())?,
-                Some(format) => write_mesh(args, &got, part, format, &output)?,
+            match (format, &got.light, &got.of) {
+                (None, Some(light), Of::Mesh(contents, _)) => light.write(contents, part, args, &output)?,
+                (None, ..) => part.finish(got.end())?,
+                (Some(format), ..) => write_mesh(args, &got, part, format, &output)?,
             }
             got
         }
@@ -147,7 +156,7 @@ async fn fetch(args: &Args, wanted: Wanted, output: &Output, sink: &mut Sink) ->
     let mut again = MAX_RESTARTS;
     loop {
         let held = match sink {
-            Sink::Part(part) => part.held(&address, |uwm| wanted.of(uwm)),
+            Sink::Part(part) => part.held(&address, args.max_memory, |uwm| wanted.of(uwm)),
             Sink::Stream(_) => None,
         };
         let tagless = held.as_ref().is_some_and(|held| held.version.tag.is_none());
@@ -191,31 +200,46 @@ async fn attempt(
     }
     let first = match args.quality {
         Quality { max_bytes: Some(most), .. } => most.clamp(1, FIRST_BYTES),
-        quality if quality.is_all() && !wanted.keyframe => u64::MAX,
+        quality if quality.is_all() && !wanted.keyframe && wanted.textures.is_none() => u64::MAX,
         _ => FIRST_BYTES,
     };
     let source = Begun::new(source, first).await?;
     let mut told = Told { args, output, sink, address, resumed, progress: Progress::new(args.quiet) };
     if source.is_set() {
+        light::check_set(args)?;
         return set::fetch(source, first, wanted, told).await;
     }
-    let mut transfer = Transfer::new(source, first, |contents: &Contents| wanted.plan(contents));
-    let Some(Piece::Head { contents, plan, bytes }) = transfer.next().await? else {
+    let mut transfer = Transfer::new(source, first, |contents: &Contents| wanted.transfer(contents));
+    let Some(Piece::Head { contents, plan: mut fetched, bytes }) = transfer.next().await? else {
         bail!("there is no table of contents");
     };
-    let (steps, diagonal) = (steps(&contents, &plan), diagonal(&contents, None));
+    let (mut plan, mut light) = (wanted.plan(&contents)?, None);
+    let (mut steps, diagonal) = (steps::steps(&contents, &plan), diagonal(&contents, None));
     let version = transfer.source().source().version();
     let line = head(&told.address, &contents);
     told.begin(&bytes, &version, &line)?;
-    let (mut done, total) = (bytes.len() as u64, plan.byte_count() + bytes.len() as u64);
+    let head = bytes.len() as u64;
+    let mut done = head;
     while let Some(piece) = transfer.next().await.map_err(|e| named(e, &contents))? {
         let Piece::Atom { index, bytes } = piece else { continue };
         let Some(atom) = contents.atoms.get(index) else { continue };
         done += bytes.len() as u64;
         let step = steps.iter().find(|step| step.atoms.end == index + 1);
-        told.atom(atom.offset, &bytes, [done, total], step.map(|step| step.line(diagonal)))?;
+        let line = step.map(|step| step.line(diagonal));
+        told.atom(atom.offset, &bytes, [done, head + fetched.byte_count()], line)?;
+        if let (Some(pixels), true, Sink::Part(part)) =
+            (wanted.textures, light::is_known(&contents, index), &*told.sink)
+        {
+            let known = light::Light::of(part, pixels, args.max_memory)?;
+            transfer.skip(|number| known.passes_over(&contents, number));
+            fetched = fetched.without(&contents, |number| known.passes_over(&contents, number));
+            plan = plan.without(&contents, |number| known.leaves_out(number));
+            steps = steps::steps(&contents, &plan);
+            light = Some(known);
+        }
     }
-    told.end(Of::Mesh(contents, plan), steps, transfer.source().source())
+    let got = told.end(Of::Mesh(contents, plan), steps, transfer.source().source())?;
+    Ok(Got { light, ..got })
 }
 
 impl Sink {
@@ -230,16 +254,26 @@ impl Sink {
 
 impl Wanted {
     /// Bytes of header and table of a file, and what is wanted of it.
-    fn of(&self, uwm: &Uwm) -> anyhow::Result<(u64, Vec<Wish>)> {
+    fn of(&self, uwm: &mut Uwm) -> anyhow::Result<(u64, Vec<Wish>)> {
         if let Some(set) = &uwm.set {
             return set::wishes(&set.contents, self);
         }
-        let contents = &uwm.contents;
-        let plan = self.plan(contents)?;
+        let contents = &uwm.contents.clone();
+        let mut plan = self.transfer(contents)?;
+        // Until the scene is there, nothing behind it is.
+        if let Some(Ok(light)) = self.textures.map(|pixels| light::Light::of_scene(uwm, pixels)) {
+            plan = plan.without(contents, |number| light.passes_over(contents, number));
+        }
         let wish =
             |index| Wish { contents: contents.clone(), index, bytes: contents.bytes(index..index + 1) };
         let wishes = plan.parts.iter().flat_map(|part| part.atoms.clone()).map(wish).collect();
         Ok((contents.header.table_end(), wishes))
+    }
+
+    /// What is asked for together: where the scene is to tell of what it has no need, nothing with what stands behind it.
+    fn transfer(&self, contents: &Contents) -> unweld::Result<Plan> {
+        let plan = self.plan(contents)?;
+        Ok(if self.textures.is_some() { light::parted(plan, contents) } else { plan })
     }
 
     fn plan(&self, contents: &Contents) -> unweld::Result<Plan> {
@@ -254,9 +288,13 @@ impl Wanted {
             },
         };
         // What is shorter is there sooner than an answer to a further request.
-        let is_long = |number: usize| contents.resources[number].bytes >= LONG_RESOURCE;
-        Ok(if self.alone { plan.without(contents, is_long) } else { plan })
+        Ok(if self.alone { plan.without(contents, |number| is_long(contents, number)) } else { plan })
     }
+}
+
+/// Whether a resource takes longer than an answer to a further request.
+fn is_long(contents: &Contents, number: usize) -> bool {
+    contents.resources.get(number).is_some_and(|entry| entry.bytes >= LONG_RESOURCE)
 }
 
 /// What is there already, then the server.
@@ -445,6 +483,7 @@ EXAMPLES
   unweld fetch https://example.org/bunny.uwm -o early.uwm --max-bytes 20K
   unweld fetch https://example.org/bunny.uwm -o bunny.ply --error 0.5%   a mesh, of no more bytes than it takes
   unweld fetch https://example.org/bunny.uwm -o lod.obj --level 8 --via keyframe
+  unweld fetch https://example.org/chair.uwm -o chair.glb --textures 256 all of the mesh, images of 256 pixels
   unweld fetch https://example.org/lods.uwm -o lod.glb --member 2        of a set of meshes the bytes that this one takes
   unweld fetch http://localhost:8080/meshes/bunny.uwm -o - --token-file token | unweld info -
 

@@ -7,7 +7,7 @@ use bytes::Bytes;
 
 use super::feed::Feed;
 use super::source::RangeSource;
-use crate::container::{Contents, Header, Parsed, Parser, Part, Plan, Want, plan};
+use crate::container::{Contents, Header, Parsed, Parser, Part, Plan, Want, kept, plan};
 use crate::error::Result;
 
 /// What [`Transfer::next`] brings.
@@ -68,6 +68,15 @@ where
     /// Where the bytes come from.
     pub fn source(&self) -> &S {
         self.feed.source()
+    }
+
+    /// Leaves out those resources of which `skipped` says so by their numbers, but for atoms that have come. The rest of the part that they are in is
+    /// asked for by further requests.
+    pub fn skip(&mut self, skipped: impl Fn(usize) -> bool) {
+        if let Stage::Atoms { contents, parts, .. } = &mut self.stage {
+            let left = std::mem::take(parts);
+            parts.extend(left.into_iter().flat_map(|atoms| kept(contents, atoms, &skipped)));
+        }
     }
 
     /// The next piece; `None` behind the last.

@@ -7,6 +7,7 @@ mod nginx;
 mod script;
 mod sets;
 mod streams;
+mod textures;
 
 use std::sync::Arc;
 

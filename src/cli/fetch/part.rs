@@ -83,11 +83,12 @@ impl Part {
     }
 
     /// What it has of what is wanted of the file at `address`: bytes of header and table, and the atoms in the order in which they come, which `wanted`
-    /// tells. The last atom is left out: it is asked for again, to hear whether the version is still there.
+    /// tells. The last atom is left out: it is asked for again, to hear whether the version is still there. Looking at it may take so many bytes of `memory`.
     pub fn held(
         &mut self,
         address: &str,
-        wanted: impl FnOnce(&Uwm) -> anyhow::Result<(u64, Vec<Wish>)>,
+        memory: u64,
+        wanted: impl FnOnce(&mut Uwm) -> anyhow::Result<(u64, Vec<Wish>)>,
     ) -> Option<Held> {
         let note = self.note()?;
         let text = |name: &str| note[name].as_str().map(str::to_owned);
@@ -95,8 +96,8 @@ impl Part {
             return None;
         }
         let version = Version { tag: text("tag"), modified: text("modified"), bytes: note["bytes"].as_u64() };
-        let uwm = Uwm::of_file(self.reader().ok()?, &self.name, 0).ok()?;
-        let (head, wishes) = wanted(&uwm).ok()?;
+        let mut uwm = Uwm::of_file(self.reader().ok()?, &self.name, memory).ok()?;
+        let (head, wishes) = wanted(&mut uwm).ok()?;
         let mut sound: Vec<Range<u64>> = std::iter::once(0..head).collect();
         let mut last = None;
         for wish in wishes {

@@ -4,6 +4,7 @@ use super::super::describe::diagonal;
 use super::super::numbers::{count, grouped, of_diagonal};
 use super::super::output::{MeshFormat, Output};
 use super::super::progress::Progress;
+use super::light::Light;
 use super::set::Members;
 use super::steps::Step;
 use super::{Args, Sink, Source, shown};
@@ -60,13 +61,16 @@ impl Told<'_> {
             out.flush()?;
         }
         let (received, requests) = (source.http.received(), source.http.requests());
-        Ok(Got { of, steps, version: source.version(), received, requests, resumed: self.resumed })
+        let version = source.version();
+        Ok(Got { of, steps, light: None, version, received, requests, resumed: self.resumed })
     }
 }
 
 /// What came.
 pub struct Got {
     pub of: Of,
+    /// What became of its images, where few pixels of them were wanted.
+    pub light: Option<Light>,
     pub steps: Vec<Step>,
     pub version: Version,
     pub received: u64,
@@ -105,6 +109,9 @@ impl Got {
         });
         if let (Value::Object(object), Value::Object(common)) = (&mut object, common) {
             object.extend(common);
+            if let (Some(light), Of::Mesh(contents, _)) = (&self.light, &self.of) {
+                object.insert("textures".to_owned(), light.json(contents));
+            }
         }
         object
     }
@@ -116,6 +123,9 @@ impl Got {
             return format!("  {received}\n");
         }
         let (name, end) = (&output.name, self.end());
+        if let (Some(light), Of::Mesh(contents, _)) = (&self.light, &self.of) {
+            return format!("{name}: {}; {received}\n", light.text(contents));
+        }
         let (all, reached) = match &self.of {
             Of::Mesh(contents, plan) => (contents.file_bytes(), {
                 let level = reached(plan);

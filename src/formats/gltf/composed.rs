@@ -269,7 +269,10 @@ fn stretch(scene: &Scene, k: usize, view: &Value) -> io::Result<(usize, usize, u
 }
 
 /// Visits all numbers of views but those of images.
-fn visit_views(json: &mut Value, visit: &mut dyn FnMut(&mut Value) -> io::Result<()>) -> io::Result<()> {
+pub(super) fn visit_views(
+    json: &mut Value,
+    visit: &mut dyn FnMut(&mut Value) -> io::Result<()>,
+) -> io::Result<()> {
     references::visit(json, &mut |reference| match reference.kind {
         // What only may be one stays if it is none.
         Kind::View if reference.is_certain || reference.value.is_u64() => {

@@ -29,6 +29,7 @@ mod images;
 mod json;
 mod ktx;
 mod layout;
+mod lighter;
 mod meshopt;
 mod notes;
 mod pack;
@@ -62,6 +63,7 @@ use crate::mesh::{IndexedMesh, Paint};
 
 pub use bodies::in_bodies;
 pub use files::File;
+pub use lighter::{Lighter, lighter};
 pub(super) use previews::{ALL_PIXELS, decoded};
 #[cfg(feature = "encode")]
 pub use sample::sample_scene;

@@ -199,6 +199,8 @@ impl Decoder {
     }
 
     fn with(parsers: VecDeque<Parser>, session: Session) -> Self {
+        #[cfg(unweld_surface)]
+        crate::entropy::mix::tables::make();
         Self {
             parsers,
             pending: Vec::new(),

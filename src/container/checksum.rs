@@ -15,23 +15,27 @@ pub(super) use crc32c::crc32c_append as append;
 #[cfg(target_family = "wasm")]
 pub(super) use small::append;
 
-/// CRC-32C with a table of one kilobyte, for the module that pages fetch: the eight of the crate cannot be compressed.
+/// CRC-32C for the module that pages fetch: its table, which cannot be compressed, is made anew with each call.
 #[cfg(any(test, target_family = "wasm"))]
 mod small {
     pub fn append(sum: u32, bytes: &[u8]) -> u32 {
-        !bytes.iter().fold(!sum, |crc, &byte| crc >> 8 ^ TABLE[usize::from(crc as u8 ^ byte)])
+        let table = table();
+        !bytes.iter().fold(!sum, |crc, &byte| crc >> 8 ^ table[usize::from(crc as u8 ^ byte)])
     }
 
-    static TABLE: [u32; 256] = {
+    fn table() -> [u32; 256] {
         let mut table = [0; 256];
-        let mut k = 0;
-        while k < 8 * 256 {
-            let crc = if k % 8 == 0 { k as u32 / 8 } else { table[k / 8] };
-            table[k / 8] = crc >> 1 ^ if crc & 1 == 1 { 0x82F6_3B78 } else { 0 };
-            k += 1;
+        let mut crc = 1;
+        for bit in (0..8).rev() {
+            crc = crc >> 1 ^ if crc & 1 == 1 { 0x82F6_3B78 } else { 0 };
+            table[1 << bit] = crc;
+        }
+        // The sum of several bits is that of each alone.
+        for k in 1..256usize {
+            table[k] = table[k & (k - 1)] ^ table[k & k.wrapping_neg()];
         }
         table
-    };
+    }
 }
 
 /// CRC-16 with the polynomial 1021, in the form of IBM 3740.

@@ -16,48 +16,26 @@ const CURVE: [u16; 33] = [
 /// Stretched probabilities are -LIMIT to LIMIT - 1, in units of 1/256.
 const LIMIT: i32 = 2048;
 
-/// By stretched probability + LIMIT: the probability, in units of 2^-16.
-static SQUASHED: [u16; 2 * LIMIT as usize] = {
-    let mut table = [0; 2 * LIMIT as usize];
-    let mut n = 0;
-    while n < table.len() {
-        let (place, part) = (n >> 7, (n & 127) as u32);
-        let value = (CURVE[place] as u32 * (128 - part) + CURVE[place + 1] as u32 * part + 64) >> 7;
-        // What a model may say: no more than that.
-        table[n] = if value < 32 {
-            32
-        } else if value > 65504 {
-            65504
-        } else {
-            value as u16
-        };
-        n += 1;
-    }
-    table
-};
-
-/// By the upper twelve bits of a probability: the least stretched one that squashes to the middle of those or more.
-static STRETCHED: [i16; 4096] = {
-    let mut table = [0; 4096];
-    let mut n = 0;
-    let mut x = 0;
-    while n < table.len() {
-        while x < 2 * LIMIT - 1 && (SQUASHED[x as usize] as usize) < 16 * n + 8 {
-            x += 1;
-        }
-        table[n] = (x - LIMIT) as i16;
-        n += 1;
-    }
-    table
-};
+/// How many stretched probabilities there are.
+const PLACES: usize = 2 * LIMIT as usize;
 
 #[inline]
 fn stretch(model: Bit) -> i32 {
-    i32::from(STRETCHED[model.zero() as usize >> 4 & 4095])
+    i32::from(tables::stretched(model.zero() as usize >> 4 & 4095))
 }
 
 /// The probability of a stretched one, `x` in units of 1/256; beyond the table's ends that of the end.
-pub const fn squash(x: i32) -> u16 {
+#[inline]
+fn squash(x: i32) -> u16 {
+    tables::squashed(place_of(x))
+}
+
+/// The same, without the table.
+pub const fn curve(x: i32) -> u16 {
+    squashed(place_of(x))
+}
+
+const fn place_of(x: i32) -> usize {
     let x = if x < -LIMIT {
         -LIMIT
     } else if x > LIMIT - 1 {
@@ -65,7 +43,96 @@ pub const fn squash(x: i32) -> u16 {
     } else {
         x
     };
-    SQUASHED[(x + LIMIT) as usize]
+    (x + LIMIT) as usize
+}
+
+/// By stretched probability + LIMIT: the probability, in units of 2^-16.
+const fn squashed(n: usize) -> u16 {
+    let (place, part) = (n >> 7, (n & 127) as u32);
+    let value = (CURVE[place] as u32 * (128 - part) + CURVE[place + 1] as u32 * part + 64) >> 7;
+    // What a model may say: no more than that.
+    if value < 32 {
+        32
+    } else if value > 65504 {
+        65504
+    } else {
+        value as u16
+    }
+}
+
+/// By the upper twelve bits of a probability: the least stretched one + LIMIT that squashes to the middle of those or more; it is no less than `x`.
+const fn stretched(n: usize, mut x: usize) -> usize {
+    while x < PLACES - 1 && (squashed(x) as usize) < 16 * n + 8 {
+        x += 1;
+    }
+    x
+}
+
+/// `squashed` and `stretched` of all numbers.
+#[cfg(not(unweld_surface))]
+mod tables {
+    use super::{LIMIT, PLACES};
+
+    #[inline]
+    pub fn squashed(n: usize) -> u16 {
+        SQUASHED[n]
+    }
+
+    #[inline]
+    pub fn stretched(n: usize) -> i16 {
+        STRETCHED[n]
+    }
+
+    static SQUASHED: [u16; PLACES] = {
+        let mut table = [0; PLACES];
+        let mut n = 0;
+        while n < PLACES {
+            table[n] = super::squashed(n);
+            n += 1;
+        }
+        table
+    };
+
+    static STRETCHED: [i16; 4096] = {
+        let mut table = [0; 4096];
+        let (mut n, mut x) = (0, 0);
+        while n < table.len() {
+            x = super::stretched(n, x);
+            table[n] = (x as i32 - LIMIT) as i16;
+            n += 1;
+        }
+        table
+    };
+}
+
+/// The same in the module that pages fetch, which makes them when it begins: they cannot be compressed.
+#[cfg(unweld_surface)]
+pub mod tables {
+    use super::{LIMIT, PLACES};
+    use std::sync::atomic::{AtomicI16, AtomicU16, Ordering::Relaxed};
+
+    #[inline]
+    pub fn squashed(n: usize) -> u16 {
+        SQUASHED[n].load(Relaxed)
+    }
+
+    #[inline]
+    pub fn stretched(n: usize) -> i16 {
+        STRETCHED[n].load(Relaxed)
+    }
+
+    /// Before anything is decoded.
+    pub fn make() {
+        let mut x = 0;
+        for n in 0..PLACES {
+            SQUASHED[n].store(super::squashed(n), Relaxed);
+            x = super::stretched(n, x);
+            STRETCHED[n].store((x as i32 - LIMIT) as i16, Relaxed);
+        }
+    }
+
+    static SQUASHED: [AtomicU16; PLACES] = [const { AtomicU16::new(0) }; PLACES];
+    static STRETCHED: [AtomicI16; PLACES] = [const { AtomicI16::new(0) }; PLACES];
 }
 
 /// How far each of some models is trusted.
@@ -118,7 +185,7 @@ impl Outcomes {
         let mut bits = [Bit::NEW; STEPS + 1];
         let mut step = 0;
         while step <= STEPS {
-            bits[step] = Bit::known(squash(256 * step as i32 - LIMIT), 4);
+            bits[step] = Bit::known(curve(256 * step as i32 - LIMIT), 4);
             step += 1;
         }
         Self(bits)
@@ -177,7 +244,9 @@ mod tests {
             assert!((back - zero as i32).abs() <= 72, "{zero} became {back}");
         }
         assert_eq!([squash(-9999), squash(0), squash(9999)], [32, 32768, 65504]);
-        assert!(STRETCHED.is_sorted() && SQUASHED.is_sorted());
+        assert!(
+            (0..4096).is_sorted_by_key(tables::stretched) && (0..PLACES).is_sorted_by_key(tables::squashed)
+        );
     }
 
     proptest! {

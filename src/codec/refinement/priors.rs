@@ -6,11 +6,11 @@
 use crate::codec::context::{ANGLES, BENDS, REACHES};
 use crate::codec::extents::CLASSES;
 use crate::entropy::Bit;
-use crate::entropy::mix::squash;
+use crate::entropy::mix::curve;
 
 /// A model that has learnt from six decisions, as it were.
 pub const fn known(odds: i32) -> Bit {
-    Bit::known(squash(16 * odds), 6)
+    Bit::known(curve(16 * odds), 6)
 }
 
 /// By kind, how many sides are closed, class of the length beside others.

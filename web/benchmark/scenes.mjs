@@ -47,7 +47,7 @@ export async function measureScenes(inputs, unweld, { cache, runs, cold, json, g
       }
     }
     if (json) await writeFile(json, JSON.stringify({ floors, rows }, (key, value) => (["bytes", "sent"].includes(key) && typeof value === "object" ? undefined : value), 1));
-    return report({ rows, scenes, kinds, load, runs, cold, floors, decoders: site.decoders, browser: browser.version() });
+    return report({ rows, scenes, kinds, load, runs, cold, floors, decoders: site.sceneDecoders, browser: browser.version() });
   } finally {
     await browser.close();
     site.close();

@@ -14,7 +14,7 @@ const PAGE = `<!doctype html><meta charset="utf-8"><link rel="icon" href="data:,
 
 /**
  * Serves `meshes` (see `prepare`) and the page. `decoders`: what a page without anything but three.js fetches for each kind of loader,
- * as bytes with brotli.
+ * as bytes with brotli; `sceneDecoders`: the same for scenes, without the GLTFLoader that they all want.
  */
 export async function serve(meshes) {
   const files = await scripts();
@@ -42,6 +42,7 @@ export async function serve(meshes) {
   });
   await new Promise((resolve) => server.listen(0, "127.0.0.1", resolve));
   const sum = (...names) => names.reduce((sum, name) => sum + files.get(name).bytes.length, 0);
+  const loaders = await sceneLoaders();
   return {
     url: `http://127.0.0.1:${server.address().port}`,
     decoders: {
@@ -49,11 +50,31 @@ export async function serve(meshes) {
       draco: sum("/draco.js", "/draco/draco_wasm_wrapper.js", "/draco/draco_decoder.wasm"),
       meshopt: sum("/meshopt.js"),
     },
+    sceneDecoders: {
+      unweld: loaders.unweld + sum("/worker.js", "/unweld.wasm"),
+      draco: loaders.draco + sum("/draco/draco_wasm_wrapper.js", "/draco/draco_decoder.wasm"),
+      meshopt: loaders.meshopt,
+    },
     close: () => {
       server.closeAllConnections();
       server.close();
     },
   };
+}
+
+/** Bytes with brotli of what loads scenes, each by itself, without three.js and GLTFLoader. */
+async function sceneLoaders() {
+  const others = { name: "others", setup: (build) => build.onResolve({ filter: /^three$|GLTFLoader/ }, () => ({ path: "three", external: true })) };
+  const from = { unweld: "../dist/gltf.js", draco: "three/addons/loaders/DRACOLoader.js", meshopt: "three/addons/libs/meshopt_decoder.module.js" };
+  const sizes = Object.entries(from).map(async ([kind, path]) => {
+    const contents = `export * from "${path}";`;
+    const { outputFiles } = await build({
+      stdin: { contents, resolveDir: fileURLToPath(new URL(".", import.meta.url)) },
+      ...{ bundle: true, format: "esm", target: "es2022", minify: true, legalComments: "none", write: false, plugins: [others] },
+    });
+    return [kind, brotliCompressSync(outputFiles[0].contents).length];
+  });
+  return Object.fromEntries(await Promise.all(sizes));
 }
 
 /** Scripts and WebAssembly, with brotli. */

@@ -1,5 +1,6 @@
 // Follows a stream: applies its deltas one after the other, and knows when all that is wanted is there.
 
+import { breath } from "./breath.js";
 import type { Delta, MeshStream, Until } from "./unweld.js";
 
 /** What follows a stream. */
@@ -19,9 +20,12 @@ export class Following {
   #following: Promise<void> | null = null;
   #first: (reached: Promise<void>) => void = () => {};
   #isDisposed = false;
+  /** Milliseconds that the last two pictures with something new took, where these count. */
+  #pictures: [number, number] | null;
 
-  /** `waits`: nothing is read until something is wanted. */
-  constructor(stream: MeshStream, follower: Follower, waits: boolean) {
+  /** `waits`: nothing is read until something is wanted. `draws`: what comes is drawn so much later as it takes long to draw. */
+  constructor(stream: MeshStream, follower: Follower, { waits = false, draws = false } = {}) {
+    this.#pictures = draws ? [0, 0] : null;
     this.#stream = stream;
     this.#follower = follower;
     this.complete = waits ? new Promise((resolve) => (this.#first = resolve)) : this.#follow();
@@ -81,13 +85,21 @@ export class Following {
     this.last = delta;
     this.#follower.apply(delta);
     // Most of the page's thread is left to others: what would be replaced before it is drawn comes together.
-    this.#stream.pace = Math.min(PACE * (performance.now() - start), MOST_PACE);
+    this.#stream.pace = delta.more ? 0 : Math.min(PACE * (performance.now() - start), MOST_PACE);
+    if (!this.#pictures || delta.more) return;
+    this.#stream.pace += Math.min(DRAWN_PACE * Math.min(...this.#pictures), MOST_DRAWN_PACE);
+    // How long the thread is busy with the next picture. A single one that takes longer has been waiting for shaders.
+    globalThis.requestAnimationFrame?.((begun) => {
+      void breath().then(() => (this.#pictures = [this.#pictures![1], performance.now() - begun]));
+    });
   }
 }
 
-/** From one delta to the next so many times what it took to apply one, and this many milliseconds at most. */
+/** From one delta to the next so many times what it took to apply one, and this many milliseconds at most; and the same of drawing it. */
 const PACE = 4;
 const MOST_PACE = 100;
+const DRAWN_PACE = 2;
+const MOST_DRAWN_PACE = 200;
 
 function disposed(): DOMException {
   return new DOMException("the geometry has been disposed of", "AbortError");

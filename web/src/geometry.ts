@@ -77,7 +77,7 @@ export class UnweldGeometry extends BufferGeometry<Record<string, BufferAttribut
     this.#relative = stream?.relative ?? false;
     this.#morph = morph;
     const ended = (error?: { error: unknown }) => this.dispatchEvent(error ? { type: "error", ...error } : { type: "complete" });
-    this.#following = new Following(stream, { apply: (delta) => this.apply(delta), ended }, waits);
+    this.#following = new Following(stream, { apply: (delta) => this.apply(delta), ended }, { waits });
     this.complete = this.#following.complete;
     this.addEventListener("dispose", () => this.#releasing || this.#following.dispose());
   }

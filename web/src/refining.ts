@@ -58,6 +58,8 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
   /** What has come before the document. */
   #waiting: Delta[] = [];
   #isReady: (document: Document) => void = () => {};
+  /** Applied, but not told: more is there already, and one picture shows all of it. */
+  #untold: Delta[] = [];
 
   /** Follows a stream. `document`: where the file does not hold one. */
   constructor(stream: MeshStream, { morph = false, document = null }: { morph?: boolean; document?: Document | null }) {
@@ -67,10 +69,11 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
     this.#document = document;
     const ready = new Promise<Document>((resolve) => (this.#isReady = resolve));
     let ended: (error?: { readonly error: unknown }) => void = () => {};
-    this.#following = new Following(stream, { apply: (delta) => this.#take(delta), ended: (error) => ended(error) }, false);
+    this.#following = new Following(stream, { apply: (delta) => this.#take(delta), ended: (error) => ended(error) }, { draws: true });
     this.complete = this.#following.complete.then(() => this.#settled());
     this.complete.catch(() => {});
     ended = (error) => {
+      this.#tell();
       if (error) this.dispatchEvent({ type: "error", ...error });
       else void this.#settled().then(() => this.dispatchEvent({ type: "complete" }));
     };
@@ -205,7 +208,12 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
     layout.apply(delta, this.clock());
     // For the developer tools.
     performance.measure("unweld", { start });
-    this.dispatchEvent({ type: "refine", delta });
+    this.#untold.push(delta);
+    if (!delta.more || this.#untold.length >= MOST_UNTOLD) this.#tell();
+  }
+
+  #tell(): void {
+    for (const delta of this.#untold.splice(0)) this.dispatchEvent({ type: "refine", delta });
   }
 
   #awaited(number: number): Awaited {
@@ -221,6 +229,9 @@ export class UnweldScene extends EventDispatcher<SceneEvents> {
 
 /** Numbers of buffers that no file has: there are at most 2^16 resources. */
 const OWN = 1 << 20;
+
+/** Deltas that are told together at most. */
+const MOST_UNTOLD = 8;
 
 /** Binary data that may be on their way. */
 interface Awaited {

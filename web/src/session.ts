@@ -130,15 +130,21 @@ export class Session implements Decoding {
   async next(pace: number): Promise<Delta | null> {
     for (;;) {
       const decoder = await this.#current();
-      const piece = this.#pieces.shift();
-      if (piece) {
+      const isOver = this.#complete || this.#fault || (this.#dry && this.#ended !== "no");
+      if (this.#pieces.length > 0) {
+        const early = isOver || this.#isFull() ? 0 : this.#told + pace - performance.now();
+        if (early > 0) {
+          await this.#stirred(early);
+          continue;
+        }
+        const piece = this.#pieces.shift()!;
         this.#told = performance.now();
         this.#stir();
-        return piece;
+        return { ...piece, more: this.#pieces.length > 0 || (this.#any && this.#lowered.length === 0) };
       }
       if (this.#lowered.length === 0) {
         if (this.#any && this.#contents) {
-          const isAll = this.#complete || this.#fault || (this.#dry && this.#ended !== "no") || decoder.waiting() >= this.#most;
+          const isAll = isOver || decoder.waiting() >= this.#most;
           const early = isAll ? 0 : this.#told + pace - performance.now();
           if (early > 0) {
             await this.#stirred(early);
@@ -214,6 +220,11 @@ export class Session implements Decoding {
     return this.#contents !== null && this.#bytes >= this.#contents.wanted.end;
   }
 
+  /** Whether as much has been made ahead as there may be; of small pieces, many of which are applied before a picture, twice as much. */
+  #isFull(): boolean {
+    return (this.#pieces.length + 2) * this.#most > (this.#most < MOST_NUMBERS ? 2 : 1) * MOST_NUMBERS;
+  }
+
   #count(): void {
     this.#decoded = Math.max(this.#decoded, Math.min(this.#bytes, this.#contents?.wanted.end ?? 0));
   }
@@ -234,7 +245,7 @@ export class Session implements Decoding {
         const rests = this.#dry || this.#complete || this.#fault || this.#lowered.length > 0;
         if (rests) break;
         if (decoder.waiting() >= this.#most) {
-          if ((this.#pieces.length + 2) * this.#most > MOST_NUMBERS || !this.#contents) break;
+          if (this.#isFull() || !this.#contents) break;
           this.#pieces.push(this.#delta(decoder));
         }
         this.#slice(decoder);
@@ -345,6 +356,7 @@ export class Session implements Decoding {
       metadata: this.#metadata,
       complete: this.#complete,
       prefix: this.#isPrefix,
+      more: false,
     };
   }
 

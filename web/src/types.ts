@@ -197,6 +197,8 @@ export interface Delta {
   readonly complete: boolean;
   /** Whether what there is of the file has ended before that, as a prefix may: `level` is as fine as it gets. Told with the last delta. */
   readonly prefix: boolean;
+  /** @internal Whether what follows is there already, so that a picture before it is not worth while. */
+  readonly more: boolean;
 }
 
 /** How much the residue adds to the finest level. */

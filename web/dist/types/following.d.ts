@@ -13,8 +13,11 @@ export declare class Following {
     last: Delta | null;
     /** When all that is wanted first is there; rejected with an `AbortError` where it is disposed of before. */
     readonly complete: Promise<void>;
-    /** `waits`: nothing is read until something is wanted. */
-    constructor(stream: MeshStream, follower: Follower, waits: boolean);
+    /** `waits`: nothing is read until something is wanted. `draws`: what comes is drawn so much later as it takes long to draw. */
+    constructor(stream: MeshStream, follower: Follower, { waits, draws }?: {
+        draws?: boolean | undefined;
+        waits?: boolean | undefined;
+    });
     /** Shows a level that has arrived, or with `null` the finest. */
     show(level: number | null): Promise<void>;
     /** Wants more or less from now on; resolves when it is there. */

@@ -19,6 +19,7 @@ use models::Round;
 use star::LinkEdge;
 
 pub use models::SegmentModels;
+pub use priors::known;
 
 /// Most triangles in the star of a new vertex; no flip is asked for beyond it (spec §5.3).
 pub const MAX_STAR: usize = 64;

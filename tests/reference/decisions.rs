@@ -177,6 +177,6 @@ impl Flips {
 }
 
 /// known(x).
-fn known(x: i64) -> Model {
+pub fn known(x: i64) -> Model {
     Model::known(squash(16 * x))
 }

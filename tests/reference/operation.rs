@@ -4,6 +4,7 @@ use super::attribute::Attribute;
 use super::attributes::Attributes;
 use super::column::Column;
 use super::container::Result;
+use super::decisions::known;
 use super::entropy::{Code, Model};
 use super::round::{self, Vertex};
 use super::walk::{Edge, Mesh};
@@ -12,8 +13,9 @@ use super::whole_pass::fan;
 /// The models of a segment.
 pub struct Models {
     parts: [Model; 3],
-    part: [Model; 3],
-    second: [Model; 3],
+    part: [[Model; 3]; 2],
+    both: [Model; 2],
+    second: [[Model; 3]; 2],
     beyond: Model,
     /// Of the values of seats.
     columns: Vec<Column>,
@@ -28,15 +30,16 @@ pub enum Site {
     Attach(Edge),
 }
 
-/// A vertex of the link: its corners in the star, each with the one beyond.
-struct Seat(Vec<(Edge, Option<Edge>)>);
+/// A vertex of the link: its corners in the star, each with the one beyond, and whether it is an end of the edge split.
+struct Seat(Vec<(Edge, Option<Edge>)>, usize);
 
 impl Models {
     pub fn fresh(about: &[Attribute]) -> Self {
         Self {
             parts: [Model::FRESH; 3],
-            part: [Model::FRESH; 3],
-            second: [Model::FRESH; 3],
+            part: [[Model::FRESH; 3], [known(64); 3]],
+            both: [known(64); 2],
+            second: [[Model::FRESH; 3]; 2],
             beyond: Model::FRESH,
             columns: about.iter().map(Column::fresh).collect(),
             round: round::Models::fresh(about),
@@ -81,32 +84,36 @@ impl Models {
             return Ok(());
         }
         for seat in seats {
-            if !code.read(&mut self.part[others(seat)])? {
+            let e = seat.1;
+            if !code.read(&mut self.part[e][others(seat)])? {
                 continue;
             }
-            let (z, beyond) = match seat.0[..] {
+            let parting = match seat.0[..] {
+                [x, y] if code.read(&mut self.both[e])? => vec![x, y],
                 [x, y] => {
                     let k = match [x.1, y.1].map(|beyond| beyond.is_some()) {
                         [true, false] => 0,
                         [false, true] => 1,
                         _ => 2,
                     };
-                    if code.read(&mut self.second[k])? { y } else { x }
+                    vec![if code.read(&mut self.second[e][k])? { y } else { x }]
                 }
-                _ => seat.0[0],
+                _ => vec![seat.0[0]],
             };
-            if let Some(beyond) = beyond
-                && code.read(&mut self.beyond)?
-            {
-                attributes.of.insert(z, attributes.of[&beyond]);
-                continue;
+            for (z, beyond) in parting {
+                if let Some(beyond) = beyond
+                    && code.read(&mut self.beyond)?
+                {
+                    attributes.of.insert(z, attributes.of[&beyond]);
+                    continue;
+                }
+                let (wedge, carried) = (attributes.count, attributes.of[&z]);
+                attributes.count += 1;
+                for &k in told {
+                    self.columns[k].wedge(code, attributes, mesh, (k, wedge), &[z], Some(carried))?;
+                }
+                attributes.of.insert(z, wedge);
             }
-            let (wedge, carried) = (attributes.count, attributes.of[&z]);
-            attributes.count += 1;
-            for &k in told {
-                self.columns[k].wedge(code, attributes, mesh, (k, wedge), &[z], Some(carried))?;
-            }
-            attributes.of.insert(z, wedge);
         }
         Ok(())
     }
@@ -134,14 +141,19 @@ fn seats(attributes: &Attributes, mesh: &Mesh, corners: &[Edge], site: Site) -> 
     let next = |c: Edge| with(mesh.next(c), mesh.opposite(c).map(|o| mesh.prev(o)));
     let prev = |c: Edge| with(mesh.prev(c), mesh.opposite(c).map(|o| mesh.next(o)));
     let ends = match site {
-        Site::Attach(_) => return vec![Seat(vec![next(corners[0])]), Seat(vec![prev(corners[0])])],
         Site::Split((a, b)) => vec![a, b],
-        Site::Face(_) => vec![],
+        Site::Face(_) | Site::Attach(_) => vec![],
     };
     let k = corners.len();
     let is_boundary = mesh.opposite(mesh.prev(corners[0])).is_none();
-    (usize::from(is_boundary)..k)
-        .filter(|&i| !ends.contains(&mesh.tip(mesh.next(corners[i]))))
-        .map(|i| Seat(vec![prev(corners[(i + k - 1) % k]), next(corners[i])]))
+    // Edges at v, the boundary's first and last: the corner before each, and the one behind.
+    let before = |i: usize| (i > 0 || !is_boundary).then(|| prev(corners[(i + k - 1) % k]));
+    let behind = |i: usize| (i < k).then(|| next(corners[i]));
+    (0..k + usize::from(is_boundary))
+        .map(|i| {
+            let corners: Vec<_> = before(i).into_iter().chain(behind(i)).collect();
+            let e = usize::from(ends.contains(&mesh.tip(corners[0].0)));
+            Seat(corners, e)
+        })
         .collect()
 }

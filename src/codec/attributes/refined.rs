@@ -4,6 +4,7 @@ use super::ring::Ring;
 use super::round::{CornerModels, RoundModels, Vicinity, take_room};
 use super::values::Around;
 use super::{Attributes, Known};
+use crate::codec::refinement::known;
 use crate::codec::whole::WholeError;
 use crate::entropy::{Bit, BitCoder};
 use crate::limits::Budget;
@@ -16,10 +17,13 @@ use crate::refine::{ProgressiveMesh, Site};
 pub struct RefinedModels {
     /// Whether a corner of the link parts, by how many spokes part the wedges at their far end: none, one, more.
     parts: [Bit; 3],
-    /// Whether those of one vertex do, by on how many sides another wedge is beyond.
-    part: [Bit; 3],
-    /// Whether it is the second that is another now: by whether another wedge is beyond the first alone, the second alone, or else.
-    second: [Bit; 3],
+    /// Whether those of one vertex do, by whether it is an end of the edge split, and on how many sides another wedge is beyond.
+    part: [[Bit; 3]; 2],
+    /// Whether both of them do, likewise.
+    both: [Bit; 2],
+    /// Whether it is the second that is another now, likewise: by whether another wedge is beyond the first alone, the second alone, or
+    /// else.
+    second: [[Bit; 3]; 2],
     /// Whether it has the wedge beyond.
     beyond: Bit,
     link: Vec<CornerModels>,
@@ -29,13 +33,18 @@ pub struct RefinedModels {
     ring: Ring,
 }
 
-/// A vertex of the link: its corners before and behind the spoke, of which one may part. Of an ear there is but one.
+/// A vertex of the link: its corners before and behind the spoke, which may part. At the ends of an open star there is but one.
 #[derive(Clone, Copy, Debug)]
 struct Seat {
     corners: [Corner; 2],
     /// The corners next to them, outside the star, where these have other wedges.
     beyond: [Corner; 2],
+    /// Whether the edge split ends there.
+    is_end: bool,
 }
+
+/// What seldom happens.
+const SELDOM: Bit = known(64);
 
 impl Seat {
     fn others(&self) -> usize {
@@ -53,8 +62,9 @@ impl Attributes {
     pub fn models(&self) -> RefinedModels {
         RefinedModels {
             parts: [Bit::NEW; 3],
-            part: [Bit::NEW; 3],
-            second: [Bit::NEW; 3],
+            part: [[Bit::NEW; 3], [SELDOM; 3]],
+            both: [SELDOM; 2],
+            second: [[Bit::NEW; 3]; 2],
             beyond: Bit::NEW,
             link: self.columns.iter().map(CornerModels::new).collect(),
             round: RoundModels::new(&self.columns),
@@ -164,22 +174,28 @@ impl Attributes {
                 vec![[false; 2]; seats.len()]
             };
             for (seat, truth) in seats.iter().zip(truths) {
-                if !coder.bit(&mut models.part[seat.others()], || truth[0] || truth[1]) {
+                let end = usize::from(seat.is_end);
+                if !coder.bit(&mut models.part[end][seat.others()], || truth[0] || truth[1]) {
                     continue;
                 }
-                let side = match seat.corners {
-                    [_, second] if second.is_none() => 0,
-                    _ => {
-                        let context = match seat.beyond.map(|c| c.is_some()) {
-                            [true, false] => 0,
-                            [false, true] => 1,
-                            _ => 2,
-                        };
-                        usize::from(coder.bit(&mut models.second[context], || truth[1]))
-                    }
+                let [first, second] = seat.corners.map(|c| c.is_some());
+                let parts = if !(first && second) {
+                    [first, second]
+                } else if coder.bit(&mut models.both[end], || truth[0] && truth[1]) {
+                    [true; 2]
+                } else {
+                    let context = match seat.beyond.map(|c| c.is_some()) {
+                        [true, false] => 0,
+                        [false, true] => 1,
+                        _ => 2,
+                    };
+                    let is_second = coder.bit(&mut models.second[end][context], || truth[1]);
+                    [!is_second, is_second]
                 };
-                self.renew(models, mesh, seat, side, coder, known, budget)?;
-                coder.check()?;
+                for side in (0..2).filter(|&side| parts[side]) {
+                    self.renew(models, mesh, seat, side, coder, known, budget)?;
+                    coder.check()?;
+                }
             }
         }
         models.seats = seats;
@@ -238,26 +254,24 @@ impl Attributes {
             let o = table.opposite(c);
             (c.next(), other(c.next(), if o.is_some() { o.prev() } else { Corner::NONE }))
         };
-        if let Site::Attach(..) = site {
-            let Some(&c) = corners.first() else { return };
-            for (corner, beyond) in [behind(c), before(c)] {
-                seats.push(Seat { corners: [corner, Corner::NONE], beyond: [beyond, Corner::NONE] });
-            }
-            return;
-        }
         let ends = match site {
             Site::Edge(a, b) => [a, b],
             _ => [Vertex::NONE; 2],
         };
-        let count = corners.len();
-        let closed = count > 0 && table.swing(corners[count - 1]).is_some();
-        for i in usize::from(!closed)..count {
-            if ends.contains(&table.vertex(corners[i].next())) {
-                continue;
-            }
-            let (x, beyond_x) = before(corners[if i == 0 { count - 1 } else { i - 1 }]);
-            let (y, beyond_y) = behind(corners[i]);
-            seats.push(Seat { corners: [x, y], beyond: [beyond_x, beyond_y] });
+        let Some(&last) = corners.last() else { return };
+        let is_open = table.swing(last).is_none();
+        let none = (Corner::NONE, Corner::NONE);
+        let mut at = if is_open { none } else { before(last) };
+        let mut seat = |(x, beyond_x): (Corner, Corner), (y, beyond_y): (Corner, Corner)| {
+            let is_end = ends.contains(&table.vertex(if y.is_some() { y } else { x }));
+            seats.push(Seat { corners: [x, y], beyond: [beyond_x, beyond_y], is_end });
+        };
+        for &c in corners {
+            seat(at, behind(c));
+            at = before(c);
+        }
+        if is_open {
+            seat(at, none);
         }
     }
 }

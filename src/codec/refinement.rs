@@ -1,7 +1,9 @@
 //! A refinement level, operation by operation: splits with positions and flips, face splits, attachments (spec §5.3 to §5.5).
 
+mod flips;
 mod models;
 mod priors;
+mod splits;
 mod star;
 
 use super::context;
@@ -15,7 +17,7 @@ use crate::error::Result;
 use crate::limits::make_room;
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{Carried, ProgressiveMesh, Site, from_cell, stellar};
-use models::Round;
+use splits::{Clue, Round};
 use star::LinkEdge;
 
 pub use models::SegmentModels;
@@ -164,8 +166,9 @@ pub struct LevelPass {
     asked: [Asked; AHEAD],
     asked_count: usize,
     asked_done: usize,
-    /// Whether splits are told by how long an edge is by itself.
-    by_itself: bool,
+    /// What splits are told by, and whether flips are by rows.
+    clue: Clue,
+    flips_by_rows: bool,
     cells: Cells,
     /// Of the cells, the least and the largest coordinate.
     range: [i32; 2],
@@ -200,7 +203,8 @@ impl LevelPass {
             asked: [Asked::NONE; AHEAD],
             asked_count: 0,
             asked_done: 0,
-            by_itself: false,
+            clue: Clue::Beside,
+            flips_by_rows: false,
             cells,
             range: cells.range(),
             lifted: Vec::new(),
@@ -332,7 +336,7 @@ impl LevelPass {
                     under.coder,
                     o.is_none(),
                     closed,
-                    (length, self.by_itself, round),
+                    (length, self.clue, round),
                     known,
                 ) {
                     under.coder.check()?;
@@ -344,14 +348,14 @@ impl LevelPass {
                 return Ok(false);
             }
             if self.cursor == 0 {
-                self.by_itself = under.models.split.choose(under.coder);
+                (self.clue, self.flips_by_rows) = under.models.choose(under.coder);
             }
-            self.look_ahead::<C>(&under.mesh.table, under.models.are_rich());
+            self.look_ahead::<C>(&under.mesh.table, under.models);
         }
     }
 
     /// Looks at the next edges, all at once: what has to be waited for is waited for together.
-    fn look_ahead<C: BitCoder>(&mut self, table: &CornerTable, richly: bool) {
+    fn look_ahead<C: BitCoder>(&mut self, table: &CornerTable, models: &SegmentModels) {
         let from = self.cursor;
         self.cursor = self.walk.edges.len().min(from + AHEAD);
         let next = self.walk.edges.len().min(self.cursor + AHEAD);
@@ -367,34 +371,45 @@ impl LevelPass {
             self.asked[count & (AHEAD - 1)] = Asked { left: k, right: o, ..Asked::NONE };
             count += usize::from(!reached);
         }
-        // A writer tries both lengths; rich models, which mix, know no level by itself.
-        if self.by_itself && !C::ENCODES {
-            for asked in &mut self.asked[..count] {
-                let (a, b) = table.edge(asked.left);
-                asked.length = self.extents.length_alone(a, b);
+        // A writer tries both lengths; rich models, which mix, go by no clue alone.
+        match self.clue {
+            Clue::Alone if !C::ENCODES => {
+                for asked in &mut self.asked[..count] {
+                    let (a, b) = table.edge(asked.left);
+                    asked.length = self.extents.length_alone(a, b);
+                }
             }
-        } else {
-            for asked in &mut self.asked[..count] {
-                let (a, b) = table.edge(asked.left);
-                asked.length = self.extents.length(a, b);
+            Clue::Rows if !C::ENCODES => {}
+            _ => {
+                for asked in &mut self.asked[..count] {
+                    let (a, b) = table.edge(asked.left);
+                    asked.length = self.extents.length(a, b);
+                }
             }
         }
-        if richly {
+        if models.are_rich() {
             self.look_round(table, count);
+        } else if models.split.asks_for_rows(self.clue) {
+            for asked in &mut self.asked[..count] {
+                let round = Self::round(table, asked);
+                asked.round = Round::of_edges(round.map(|v| self.extents.at(v).edges));
+            }
         }
         (self.asked_count, self.asked_done) = (count, 0);
+    }
+
+    /// The ends of an edge asked for, and the vertices opposite to it. Of a boundary edge, the triangle on its left stands on both sides.
+    #[inline]
+    fn round(table: &CornerTable, asked: &Asked) -> [Vertex; 4] {
+        let [l, a, b] = table.vertices_from(asked.left);
+        [a, b, l, if asked.right.is_some() { table.vertex(asked.right) } else { l }]
     }
 
     /// What rich models know of the first `count` edges asked for.
     fn look_round(&mut self, table: &CornerTable, count: usize) {
         for four in self.asked[..count].chunks_mut(4) {
-            // Of a boundary edge, the triangle on its left stands on both sides.
             let last = four.len() - 1;
-            let round: [[Vertex; 4]; 4] = std::array::from_fn(|i| {
-                let Asked { left, right, .. } = four[i.min(last)];
-                let [l, a, b] = table.vertices_from(left);
-                [a, b, l, if right.is_some() { table.vertex(right) } else { l }]
-            });
+            let round: [[Vertex; 4]; 4] = std::array::from_fn(|i| Self::round(table, &four[i.min(last)]));
             let cells = |k: usize| round.map(|at| self.extents.cell(at[k]));
             let shapes = context::edges(cells(2), cells(0), cells(1), cells(3));
             for (i, asked) in four.iter_mut().enumerate() {

@@ -112,6 +112,9 @@ impl<'a> Levels<'a> {
         for j in (0..self.simplified.history.level_count()).rev() {
             progress(done, total)?;
             self.sharpen(j as u32, &mut models);
+            if self.simplified.has_rows {
+                self.rehearse(j, &mut models);
+            }
             self.level(j, &mut models);
             done += self.simplified.history.level(j).len() as u64;
             self.counts[j].0 = self.counts[j + 1].0 + self.simplified.history.level(j).len() as u32;
@@ -287,6 +290,19 @@ impl<'a> Levels<'a> {
         self.connectivity_bits -= pass.position_bits;
         self.position_bits += pass.position_bits;
         self.pass = Some(pass);
+    }
+
+    /// Tries what the splits of level `j` are told by. What was best at the levels before tells nothing of it: where vertices stand in rows, one
+    /// level takes what the one before has left.
+    fn rehearse(&self, j: usize, models: &mut SegmentModels) {
+        let history = &self.simplified.history;
+        let Some(mut tried) = models.on_trial().filter(|_| !history.level(j).is_empty()) else { return };
+        let mut mesh = self.mesh.clone();
+        let mut answers = LevelAnswers::new(&mesh.table, history, j, &self.places.born);
+        let mut pass = LevelPass::new(&mesh, self.places.cells(j));
+        let mut coder = RangeEncoder::default();
+        while let Ok(Some(_)) = pass.step(&mut mesh, &mut tried, &mut coder, &mut answers) {}
+        models.find(&tried);
     }
 
     /// Compares the attributes of level `j`, the mesh as it stands, with those of the input.

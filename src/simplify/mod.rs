@@ -168,6 +168,8 @@ pub struct Simplified {
     pub input: CornerTable,
     /// Which of its vertices are of which body.
     pub bodies: Bodies,
+    /// Whether levels took vertices by rows of a regular sampling, be it by preference.
+    pub has_rows: bool,
     /// Whether the first level followed the rows of a regular sampling, or corners have values: what lies far from its place costs more there.
     pub lies_close: bool,
     /// The coarsest level at which all charts are whole ([`Features::seams`]); all coarser ones know of no seam but [`Features::kept`].
@@ -228,7 +230,7 @@ pub fn simplify(
     let mut budget = options.level_budget;
     // Each level will be walked, and a file of many levels that hardly differ is refused (spec §3.6).
     let allowed = max_walked(remover.table.triangle_count().try_into().unwrap_or(u32::MAX));
-    let (mut walked, mut in_rows, mut is_first) = (0, false, true);
+    let (mut walked, mut has_rows, mut in_rows, mut is_first) = (0, false, false, true);
     let (mut thins, mut charts_to, mut is_stuck) = (false, None, false);
     while walked + remover.table.triangle_count() as u64 <= allowed {
         // A level most of whose vertices stay for their charts' sake has little of the surface.
@@ -254,6 +256,7 @@ pub fn simplify(
             let pattern = rows.next_level(&mut remover);
             // None of the cheap ones may go, but another.
             may_go_on = budget < 1.0 || pattern.is_some() || along_lines;
+            has_rows |= pattern.is_some() || along_lines;
             in_rows |= is_first && pattern.as_ref().is_some_and(Pattern::is_exact);
             if is_first && !in_rows && options.method == Method::Auto {
                 remover.weigh_shape(SHAPE_WITHOUT_ROWS);
@@ -297,7 +300,19 @@ pub fn simplify(
     let (weights, input, bodies) = covering.into_parts();
     let charts_to = charts_to.unwrap_or(history.level_count());
     let lies_close = in_rows || has_values;
-    Ok(Simplified { base, history, errors, traces, weights, input, bodies, lies_close, charts_to, seconds })
+    Ok(Simplified {
+        base,
+        history,
+        errors,
+        traces,
+        weights,
+        input,
+        bodies,
+        has_rows,
+        lies_close,
+        charts_to,
+        seconds,
+    })
 }
 
 /// Budget of a level that has values.

@@ -11,10 +11,10 @@ type Cell = [i64; 3];
 pub struct Looked {
     pub square: f32,
     pub size: f32,
-    /// Rich models alone have these.
-    pub angle: usize,
     /// Of a, b, l and r.
     pub edges: [i64; 4],
+    /// Rich models alone have these.
+    pub angle: usize,
     /// Classes of the sides a–l, b–l, a–r, b–r, and of how far l and r are from the middle.
     pub sides: [usize; 4],
     pub heights: [usize; 2],

@@ -11,8 +11,20 @@ use super::mix::{self, ALIKE, Outcomes, squash};
 pub struct Splits {
     beside: [[[Model; 20]; 5]; 2],
     alone: [[[Model; 199]; 5]; 2],
-    by_itself: Model,
+    /// By edges of each, as rich ones.
+    rows: [[Vec<Model>; 5]; 2],
+    other: Model,
+    by_rows: Model,
+    flips_by_rows: Model,
     rich: Option<RichSplits>,
+}
+
+/// What the splits of a level of plain models go by; where it is rows, whether its flips do.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Clue {
+    Beside,
+    Alone,
+    Rows { flips: bool },
 }
 
 struct RichSplits {
@@ -51,26 +63,45 @@ impl Splits {
                 out: array::from_fn(|_| array::from_fn(|_| Outcomes::fresh())),
             }
         });
-        Self { beside, alone: [[[Model::FRESH; 199]; 5]; 2], by_itself: Model::FRESH, rich }
+        let rows = array::from_fn(|_| array::from_fn(|_| vec![Model::FRESH; 7 * 7 * 7 * 7]));
+        let alone = [[[Model::FRESH; 199]; 5]; 2];
+        Self {
+            beside,
+            alone,
+            rows,
+            other: Model::FRESH,
+            by_rows: Model::FRESH,
+            flips_by_rows: Model::FRESH,
+            rich,
+        }
     }
 
-    /// Whether a level goes by the length alone.
-    pub fn choose(&mut self, code: &mut Code) -> Result<bool> {
-        if self.rich.is_some() { Ok(false) } else { code.read(&mut self.by_itself) }
+    /// What a level goes by; rich models by all.
+    pub fn choose(&mut self, code: &mut Code) -> Result<Clue> {
+        Ok(if self.rich.is_some() || !code.read(&mut self.other)? {
+            Clue::Beside
+        } else if code.read(&mut self.by_rows)? {
+            Clue::Rows { flips: code.read(&mut self.flips_by_rows)? }
+        } else {
+            Clue::Alone
+        })
     }
 
-    pub fn read(&mut self, code: &mut Code, at: Split, by_itself: bool) -> Result<bool> {
+    pub fn read(&mut self, code: &mut Code, at: Split, clue: Clue) -> Result<bool> {
+        let few = |edges: i64| (edges - 3).clamp(0, 6) as usize;
+        let [a, b, l, r] = at.looked.edges;
+        let each = 49 * pair(few(a), few(b), 7) + pair(few(l), few(r), 7);
         let alone = &mut self.alone[at.kind][at.closed][at.length];
         let Some(rich) = &mut self.rich else {
-            let beside = &mut self.beside[at.kind][at.closed][at.class];
-            return code.read(if by_itself { alone } else { beside });
+            return code.read(match clue {
+                Clue::Beside => &mut self.beside[at.kind][at.closed][at.class],
+                Clue::Alone => alone,
+                Clue::Rows { .. } => &mut self.rows[at.kind][at.closed][each],
+            });
         };
         let angles = &mut rich.angles[at.kind][at.closed][at.looked.angle][at.class];
-        let [a, b, l, r] = at.looked.edges;
         let sum = |x: i64, y: i64| (x + y - 8).clamp(0, 9) as usize;
         let (ends, far) = (sum(a, b), if at.kind == 1 { 0 } else { sum(l, r) });
-        let few = |edges: i64| (edges - 3).clamp(0, 6) as usize;
-        let each = 49 * pair(few(a), few(b), 7) + pair(few(l), few(r), 7);
         let [al, bl, ar, br] = at.looked.sides;
         let sides = 36 * pair(al, bl, 6) + pair(ar, br, 6);
         let heights = pair(at.looked.heights[0], at.looked.heights[1], 6);
@@ -99,6 +130,7 @@ fn pair(x: usize, y: usize, of: usize) -> usize {
 /// The models of flips, and the weights of those that are mixed.
 pub struct Flips {
     shape: [[[[Model; 8]; 4]; 3]; 8],
+    rows: Vec<[[[Model; 3]; 4]; 8]>,
     rich: Option<RichFlips>,
 }
 
@@ -146,24 +178,29 @@ impl Flips {
         });
         Self {
             shape: excess.map(|x| array::from_fn(|_| array::from_fn(|_| angle.map(|y| known(x + y))))),
+            rows: vec![[[[Model::FRESH; 3]; 4]; 8]; 7 * 7],
             rich,
         }
     }
 
-    pub fn read(&mut self, code: &mut Code, at: Flip) -> Result<bool> {
+    pub fn read(&mut self, code: &mut Code, at: Flip, clue: Clue) -> Result<bool> {
         let [p, q, r] = at.valences;
         let excess = (p + q - r - at.flips as i64 - 2).clamp(0, 7) as usize;
         let flips = at.flips.min(3);
-        let Some(rich) = &mut self.rich else {
-            return code.read(&mut self.shape[excess][at.end][flips][at.angle / 4]);
-        };
         let (ends, far) = ((p + q - 6).clamp(0, 11) as usize, (r - 3).clamp(0, 7) as usize);
         let few = |edges: i64| (edges - 3).clamp(0, 6) as usize;
+        let each = pair(few(p), few(q), 7);
+        let Some(rich) = &mut self.rich else {
+            if clue == (Clue::Rows { flips: true }) {
+                return code.read(&mut self.rows[each][far][flips][at.end]);
+            }
+            return code.read(&mut self.shape[excess][at.end][flips][at.angle / 4]);
+        };
         let models = [
             &mut rich.shape[at.end][at.bend][at.angle],
             &mut rich.reach[flips][at.closed][at.reach][at.angle / 2],
             &mut rich.valences[ends][far][flips],
-            &mut rich.each[pair(few(p), few(q), 7)][far][flips],
+            &mut rich.each[each][far][flips],
             &mut rich.excess_reach[excess][at.reach][at.angle / 4],
             &mut rich.excess_bend[flips][at.closed][excess][at.bend],
         ];

@@ -8,7 +8,7 @@ use super::codes::Codes;
 use super::container::{Atom, Result, demand};
 use super::contexts;
 use super::coordinates::{self, Reader};
-use super::decisions;
+use super::decisions::{self, Clue};
 use super::entropy::{Model, Tap};
 use super::extent::Extent;
 use super::lifting::Scale;
@@ -115,7 +115,7 @@ pub fn trace_with(
     let codes = Codes::of(atoms, tap);
     let cells = mesh.points.iter().map(|point| point.map(|x| x >> scale.shift)).collect();
     let mut pass =
-        Pass { mesh, attributes, codes, models, scale, cells, old, by_itself: false, trace: Vec::new() };
+        Pass { mesh, attributes, codes, models, scale, cells, old, clue: Clue::Beside, trace: Vec::new() };
     let result = pass.run(walk);
     (pass.trace, result)
 }
@@ -130,7 +130,7 @@ struct Pass<'a> {
     cells: Vec<[i64; 3]>,
     /// Vertices from this one on are new.
     old: usize,
-    by_itself: bool,
+    clue: Clue,
     trace: Vec<Step>,
 }
 
@@ -139,7 +139,7 @@ impl<'a> Pass<'a> {
         let boundary = walk.boundary(self.mesh);
         let outline: HashSet<usize> = boundary.iter().flat_map(|&(a, b)| [a, b]).collect();
         if !walk.edges.is_empty() && !self.codes.complete() {
-            self.by_itself = self.models.split.choose(&mut self.codes.code)?;
+            self.clue = self.models.split.choose(&mut self.codes.code)?;
         }
         for together in walk.edges.chunks(64) {
             let look = |&k: &Edge| contexts::Looked::at(self.mesh, k, |v| self.cell(v));
@@ -168,7 +168,7 @@ impl<'a> Pass<'a> {
         }
         let looked = looked.expect("the triangle of an edge that is asked about stood there all along");
         let context = contexts::split(self.mesh, k, looked, |c| self.is_starred(c));
-        let yes = self.models.split.read(&mut self.codes.code, context, self.by_itself)?;
+        let yes = self.models.split.read(&mut self.codes.code, context, self.clue)?;
         self.trace.push(Step::Split(k, context, yes));
         if !yes {
             return Ok(());
@@ -220,7 +220,7 @@ impl<'a> Pass<'a> {
                 valences: [p, q, r].map(|w| Extent::of(self.mesh, w, |w| self.cell(w)).edges),
                 ..contexts::flip([v, r, p, q].map(|w| self.cell(w)))
             };
-            let yes = self.models.flip.read(&mut self.codes.code, context)?;
+            let yes = self.models.flip.read(&mut self.codes.code, context, self.clue)?;
             self.trace.push(Step::Flip((p, q), r, context, yes));
             if yes {
                 self.mesh.remove([v, p, q]);

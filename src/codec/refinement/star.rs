@@ -1,6 +1,6 @@
 //! The star of a new vertex: the split of an edge, the flips of its link edges, what the triangles round it are told (spec §5.3).
 
-use super::models::Ring;
+use super::flips::Ring;
 use super::{Answers, FEW, LevelPass, MAX_STAR, QUEUE, RefinementError, STAR, Under};
 use crate::codec::context::{self, Shape};
 use crate::codec::extents::{Spokes, length_squared, squares_from};
@@ -188,7 +188,8 @@ impl LevelPass {
             };
             let cells = || [v, p, q, r].map(|w| self.extents.cell(w));
             let known = || under.answers.flip(&under.mesh.table, c);
-            if !asked || !under.models.flip.code(under.coder, shape, ring, cells, known) {
+            if !asked || !under.models.flip.code(under.coder, shape, (ring, self.flips_by_rows), cells, known)
+            {
                 self.states[o.triangle().index()] = state + 1;
                 continue;
             }

@@ -5,6 +5,7 @@
 
 use super::quadric::{Form, Quadric};
 use super::star::{Star, Wing};
+use crate::mesh::distance::point_triangle_distance_squared;
 use glam::DVec3;
 
 /// What may become of the topology.
@@ -38,6 +39,19 @@ pub(super) enum Placement {
     Ball,
     /// To the optimum within that ball, or else to the best of source, target and their middle that turns no triangle over.
     Best,
+}
+
+/// How far a contraction may go.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Limits {
+    /// What other places than the optimum may cost.
+    pub(super) cost: f64,
+    /// The square of how far source and target may lie off the triangles that are left of them.
+    pub(super) reach: f64,
+}
+
+impl Limits {
+    pub(super) const NONE: Self = Self { cost: f64::INFINITY, reach: f64::INFINITY };
 }
 
 /// The stars of source and target.
@@ -164,21 +178,31 @@ impl Pair {
         })
     }
 
+    /// Whether both ends are so near to the triangles with the vertex there. Planes do not tell: those of a spike all go along it, so that
+    /// its tip may go far down at next to no cost.
+    fn is_near(&self, at: DVec3, reach: f64) -> bool {
+        reach.is_infinite()
+            || [DVec3::ZERO, self.target.at].into_iter().all(|end| {
+                let to = |wing: &Wing| point_triangle_distance_squared(end, at, wing.at_a, wing.at_b);
+                end.distance_squared(at) <= reach
+                    || self.moved().chain(self.beside()).any(|wing| to(wing) <= reach)
+            })
+    }
+
     /// The place of the vertex, relative to the origin of both stars, which is where the source is; `None` where there is none. `extra` is
     /// what the place costs beside the planes.
     ///
-    /// At the optimum the planes of both cost no more than those of the source do at the target. By [`Placement::Best`] other places
-    /// may cost up to `most`.
+    /// At the optimum the planes of both cost no more than those of the source do at the target. The limits are for [`Placement::Best`].
     pub(super) fn place(
         &self,
         forms: [Form; 2],
         extra: &Quadric,
         is_fixed: bool,
         rules: &Rules,
-        most: f64,
+        limits: Limits,
     ) -> Option<DVec3> {
         let target = self.target.at;
-        let clear = |at: &DVec3| !rules.normals || self.is_clear(*at);
+        let clear = |at: &DVec3| !rules.normals || self.is_clear(*at) && self.is_near(*at, limits.reach);
         if is_fixed {
             return Some(target).filter(clear);
         }
@@ -199,7 +223,7 @@ impl Pair {
                 let cost = |at: DVec3| source_form.at(at) + target_form.at(at - target) + extra.at(at);
                 let mut places = [DVec3::ZERO, target, target / 2.0].map(|at| (cost(at), at));
                 places.sort_by(|a, b| a.0.total_cmp(&b.0));
-                places.into_iter().filter(|(cost, _)| *cost <= most).map(|(_, at)| at).find(clear)
+                places.into_iter().filter(|(cost, _)| *cost <= limits.cost).map(|(_, at)| at).find(clear)
             }
         }
     }
@@ -294,10 +318,11 @@ mod tests {
         let places = [Placement::Optimum, Placement::Ball, Placement::Best];
         // Equal forms: the middle.
         for placement in places {
-            let place = pair.place([all; 2], &Quadric::default(), false, &rules(placement), 1.0).unwrap();
+            let place =
+                pair.place([all; 2], &Quadric::default(), false, &rules(placement), Limits::NONE).unwrap();
             assert!((place - pair.target.at / 2.0).length() < 1e-12);
             assert_eq!(
-                pair.place([all; 2], &Quadric::default(), true, &rules(placement), 1.0),
+                pair.place([all; 2], &Quadric::default(), true, &rules(placement), Limits::NONE),
                 Some(pair.target.at)
             );
         }
@@ -305,7 +330,7 @@ mod tests {
         let none = Form::default();
         let place = places.map(|placement| {
             let forms = [planes(&[DVec3::X]), none];
-            pair.place(forms, &Quadric::default(), false, &rules(placement), 1.0).unwrap()
+            pair.place(forms, &Quadric::default(), false, &rules(placement), Limits::NONE).unwrap()
         });
         assert_eq!(place, [pair.target.at, pair.target.at, DVec3::ZERO]);
     }

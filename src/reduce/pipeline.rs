@@ -7,10 +7,12 @@
 //! optimum for both. So no vertex takes part in two contractions of a pass, and the rings of a pass need no change.
 //!
 //! Beyond the papers: planes count by area, and planes through the boundary hold it; the link condition and the normals are checked; only
-//! contractions below a quantile of the costs are proposed, because without it a pass removes all that it can, creases included; and the
-//! last pass takes no more than it needs, all over the mesh instead of its first part.
+//! contractions below a quantile of the costs are proposed, because without it a pass removes all that it can, creases included; no vertex may
+//! end farther off the triangles that are left of it than where planes as large as a vertex has on average cost that quantile, because
+//! nothing remembers the input's planes, and those of thin tips let them be worn away; and the last pass takes no more than it needs, all
+//! over the mesh instead of its first part.
 
-use super::collapse::{Pair, Placement, Rules, Topology};
+use super::collapse::{Limits, Pair, Placement, Rules, Topology};
 use super::quadric::{Form, Quadric, Weights};
 use super::selection::{Record, Selection};
 use super::star::{GONE, Star, relative, turned};
@@ -47,7 +49,7 @@ pub(super) fn run(
         fits: [Fits::default(), Fits::default()],
         sides: None,
         is_thorough: false,
-        most: f64::INFINITY,
+        limits: Limits::NONE,
     };
     // What a pass in vain lets propose more.
     let (mut cap, mut slack) = (scheme.cap, 1.0);
@@ -59,7 +61,8 @@ pub(super) fn run(
         let wanted = (triangles - faces).div_ceil(2);
         let need = if scheme.spreads { 1.6 * wanted as f64 / vertices as f64 + 0.02 } else { 1.0 };
         let share = cap.min(need * slack);
-        pipeline.most = pipeline.quantile(share, passes.len() as u64);
+        let cost = pipeline.quantile(share, passes.len() as u64);
+        pipeline.limits = Limits { cost, reach: pipeline.reach(cost) };
         let contractions = pipeline.pass(options.heap, ticker)?;
         pipeline.working.compact();
         passes.push(Pass { vertices, triangles, contractions });
@@ -141,8 +144,8 @@ struct Pipeline<'a> {
     sides: Option<(Sides, bool)>,
     /// Whether a vertex proposes what can be carried out, though it may be dearer.
     is_thorough: bool,
-    /// What a contraction may cost in this pass.
-    most: f64,
+    /// What a contraction may cost in this pass, and how far vertices may be off it.
+    limits: Limits,
 }
 
 impl Pipeline<'_> {
@@ -154,7 +157,9 @@ impl Pipeline<'_> {
             if v.is_multiple_of(TICK) {
                 ticker.tell(self.working.living)?;
             }
-            let Some(record) = self.proposal(v).filter(|record| record.cost <= self.most) else { continue };
+            let Some(record) = self.proposal(v).filter(|record| record.cost <= self.limits.cost) else {
+                continue;
+            };
             if let Some(record) = selection.replace(record) {
                 contractions += usize::from(self.contract(record));
             }
@@ -177,7 +182,7 @@ impl Pipeline<'_> {
         if share >= 1.0 || vertices == 0 {
             return f64::INFINITY;
         }
-        self.most = f64::INFINITY;
+        self.limits = Limits::NONE;
         let mut random = SplitMix64::new(seed);
         let draw = vertices.min(SAMPLE);
         let mut cost = |v| self.proposal(v).map_or(f64::INFINITY, |record| record.cost);
@@ -189,6 +194,27 @@ impl Pipeline<'_> {
         // So many may be proposed, one at least.
         let at = ((share * draw as f64) as usize).clamp(1, draw) - 1;
         *costs.select_nth_unstable_by(at, f64::total_cmp).1
+    }
+
+    /// The square of the distance at which the planes of a vertex on average cost so much; more where that is next to none of their size, as
+    /// on flat surfaces, whose costs are errors of rounding.
+    fn reach(&self, cost: f64) -> f64 {
+        let Working { positions, triangles, .. } = &*self.working;
+        if cost.is_infinite() {
+            return f64::INFINITY;
+        }
+        let area = |&[a, b, c]: &[u32; 3]| {
+            let [b, c] = [b, c].map(|v| relative(positions[v as usize], positions[a as usize]));
+            b.cross(c).length() / 2.0
+        };
+        // Each triangle is one of three vertices.
+        let share = 3.0 / positions.len() as f64;
+        let size = share * triangles.iter().map(area).sum::<f64>();
+        let weight = match self.scheme.weights {
+            Weights::Area => size,
+            Weights::Unit => share * triangles.len() as f64,
+        };
+        (cost / weight).max(LEAST_REACH * size)
     }
 
     /// The cheapest contraction of a vertex into one of its neighbours, by the planes of its triangles.
@@ -274,7 +300,7 @@ impl Pipeline<'_> {
         let (mut extra, mut is_fixed) = (Quadric::default(), target_flags & FIXED != 0);
         if self.pair.is_allowed(self.scheme.rules.topology) && self.joins(&mut extra, &mut is_fixed) {
             let forms = [&self.pair.source, &self.pair.target].map(|star| self.form(star));
-            place = self.pair.place(forms, &extra, is_fixed, &self.scheme.rules, self.most);
+            place = self.pair.place(forms, &extra, is_fixed, &self.scheme.rules, self.limits);
         }
         let Working { flags, .. } = &mut *self.working;
         if place.is_none() && self.pair.target.wings.len() > MANY {
@@ -326,6 +352,8 @@ impl Pipeline<'_> {
 
 /// Vertices whose costs are sampled.
 const SAMPLE: usize = 4096;
+/// Whatever the costs, vertices may be off by the root of this part of the area round one.
+const LEAST_REACH: f64 = 1e-4;
 /// Vertices between two reports.
 const TICK: u32 = 1 << 14;
 /// A pass that removes less than one vertex of so many, and less than is wanted, comes to the end of what it can do.

@@ -1,6 +1,7 @@
 use super::super::tests::topology;
 use super::super::{Options, Reduced, Strategy, reduce};
 use super::*;
+use crate::mesh::distance::surface_distance;
 use crate::mesh::{IndexedMesh, shapes};
 
 fn reduced(mesh: &IndexedMesh, faces: usize, options: &Options) -> Reduced {
@@ -25,6 +26,27 @@ fn a_plane_keeps_its_corners_and_a_cube_its_faces() {
             mesh.triangles.iter().map(|&[a, b, c]| (p(b) - p(a)).cross(p(c) - p(a)).length() / 2.0).sum()
         };
         assert!((area(&small) - area(&mesh)).abs() < 0.005, "{} instead of {}", area(&small), area(&mesh));
+    }
+}
+
+/// Thin tips are little of the area: their planes cost next to nothing, wherever along them the tip goes.
+#[test]
+fn tips_are_not_worn_away() {
+    let (height, width) = (0.5, 0.08);
+    for seed in 1..4 {
+        let mut random = SplitMix64::new(seed);
+        let mut axis = || DVec3::from_array([0; 3].map(|_| random.unit() - 0.5)).normalize_or(DVec3::X);
+        let axes: [DVec3; 12] = std::array::from_fn(|_| axis());
+        let mut mesh = shapes::sphere(5);
+        let up = |at: DVec3| axes.iter().map(|axis| 1.0 - axis.angle_between(at) / width).fold(0.0, f64::max);
+        for p in &mut mesh.positions {
+            let at = DVec3::from(*p);
+            *p = (at * (1.0 + height * up(at))).to_array();
+        }
+        // Enough for three rings round each tip.
+        let small = reduced(&mesh, 200, &Options::default()).mesh;
+        let far = surface_distance(&mesh, &small, 0, 0).unwrap().max;
+        assert!(far < height / 4.0, "{far} of {height}");
     }
 }
 

@@ -34,11 +34,9 @@ pub(super) fn run(
     let mut errors: Vec<f64> = tree.nodes.iter().map(|node| node.error).filter(|e| e.is_finite()).collect();
     errors.sort_unstable_by(f64::total_cmp);
     errors.dedup();
-    // The first error that leaves few enough, or the last.
-    let few = errors.partition_point(|&most| {
-        let clusters = tree.cut(most);
-        surviving(&working.triangles, |v| clusters[tree.leaves[v as usize] as usize]) > faces
-    });
+    // The first error that leaves few enough, or the last. No limit leaves a triangle within one of the smallest sets.
+    let apart = tree.apart(&working.triangles);
+    let few = errors.partition_point(|&most| tree.leaves_more(most, faces, &apart));
     let clusters = tree.cut(errors.get(few).or(errors.last()).copied().unwrap_or(0.0));
     // Numbered anew, those that there are.
     let mut names = vec![u32::MAX; tree.nodes.len()];
@@ -109,15 +107,13 @@ impl Tree {
             let first = tree.nodes.len() as u32;
             let labels = tree.parts(&planes, &paths, is_top);
             planes.solve(&mut tree.nodes[first as usize..], &labels);
-            for (leaf, label) in tree.leaves.iter_mut().zip(&labels) {
-                if let Some(label) = *label {
-                    *leaf = first + label;
-                }
+            for (leaf, &label) in tree.leaves.iter_mut().zip(&labels).filter(|(_, label)| **label != NO_SET) {
+                *leaf = first + label;
             }
             if is_top {
                 tree.roots = tree.nodes.len();
             }
-            tree.settle(first as usize, is_top, faces);
+            tree.settle(first as usize, is_top, faces, &planes.working.triangles);
             is_top = false;
             let Self { nodes, leaves, .. } = &tree;
             let has_more = |v: u32| !nodes[leaves[v as usize] as usize].is_settled;
@@ -128,9 +124,10 @@ impl Tree {
         Ok(tree)
     }
 
-    /// Tells the new sets, from `first` on, what limits part them, and which of all sets no limit needs to part that leaves so many triangles:
-    /// as many sets are more triangles, but where most triangles are alone.
-    fn settle(&mut self, first: usize, is_top: bool, faces: usize) {
+    /// Tells the new sets, from `first` on, what limits part them, and which of all sets no limit needs to part: where one leaves too many
+    /// triangles as it is, those that it does not part. Which that may be is guessed by the number of sets, which is a half of that of triangles
+    /// where these hang together, and more than that where most are alone.
+    fn settle(&mut self, first: usize, is_top: bool, faces: usize, triangles: &[[u32; 3]]) {
         for number in first..self.nodes.len() {
             let Node { parent, error, .. } = self.nodes[number];
             let above = if is_top { f64::INFINITY } else { self.nodes[parent as usize].least };
@@ -139,26 +136,53 @@ impl Tree {
         let parted = self.nodes.iter().filter(|node| node.parts > 1);
         let mut parted: Vec<(f64, u32)> = parted.map(|node| (node.least, node.parts - 1)).collect();
         parted.sort_unstable_by(|x, y| y.0.total_cmp(&x.0));
-        let mut count = self.roots;
-        let enough = parted.into_iter().find(|(_, more)| {
-            count += *more as usize;
-            count > faces + faces / 2
-        });
-        let Some((limit, _)) = enough else { return };
-        self.nodes.iter_mut().filter(|node| node.least < limit).for_each(|node| node.is_settled = true);
+        // The limit that parts so many sets.
+        let limit = |most: f64| {
+            let mut count = self.roots;
+            let enough = parted.iter().find(|(_, more)| {
+                count += *more as usize;
+                count as f64 > most
+            });
+            enough.map(|(limit, _)| *limit).filter(|limit| limit.is_finite())
+        };
+        let mut apart = Vec::new();
+        for guess in GUESSES {
+            let Some(limit) = limit(guess * faces as f64) else { continue };
+            if apart.is_empty() {
+                apart = self.apart(triangles);
+            }
+            if self.leaves_more(limit, faces, &apart) {
+                self.nodes
+                    .iter_mut()
+                    .filter(|node| node.least <= limit)
+                    .for_each(|node| node.is_settled = true);
+                return;
+            }
+        }
+    }
+
+    /// The triangles whose vertices are in three of the smallest sets, by these.
+    fn apart(&self, triangles: &[[u32; 3]]) -> Vec<[u32; 3]> {
+        let sets = triangles.iter().map(|triangle| triangle.map(|v| self.leaves[v as usize]));
+        sets.filter(|[a, b, c]| a != b && b != c && c != a).collect()
+    }
+
+    /// Whether a limit leaves more than so many of the triangles that are `apart`.
+    fn leaves_more(&self, most: f64, faces: usize, apart: &[[u32; 3]]) -> bool {
+        let clusters = self.cut(most);
+        surviving(apart, |set| clusters[set as usize]) > faces
     }
 
     /// Parts the sets that are not settled by the halves of their cells and by what holds together in them. Returns for each vertex the number
-    /// of its part.
-    fn parts(&mut self, planes: &Planes, paths: &[[u32; 3]], is_top: bool) -> Vec<Option<u32>> {
-        let half = |v: u32| -> [u32; 3] {
-            match self.nodes.get(self.leaves[v as usize] as usize) {
-                Some(Node { cuts, axes, .. }) => std::array::from_fn(|k| {
-                    if axes[k] { paths[v as usize][k] >> (DEPTH - 1 - cuts[k]) & 1 } else { 0 }
-                }),
-                None => [0; 3],
-            }
+    /// of its part, or [`NO_SET`].
+    fn parts(&mut self, planes: &Planes, paths: &[[u32; 3]], is_top: bool) -> Vec<u32> {
+        // Set and half.
+        let cell = |(&leaf, path): (&u32, &[u32; 3])| {
+            let Some(Node { cuts, axes, .. }) = self.nodes.get(leaf as usize) else { return 0 };
+            let bit = |k: usize| if axes[k] { path[k] >> (DEPTH - 1 - cuts[k]) & 1 } else { 0 };
+            u64::from(leaf) << 3 | u64::from(bit(0) | bit(1) << 1 | bit(2) << 2)
         };
+        let cells: Vec<u64> = self.leaves.iter().zip(paths).map(cell).collect();
         let vertices = self.leaves.len();
         let mut sets: Vec<u32> = (0..vertices as u32).collect();
         let find = |sets: &mut Vec<u32>, mut v: u32| {
@@ -169,17 +193,23 @@ impl Tree {
             v
         };
         for &t in &planes.triangles {
-            let triangle = planes.working.triangles[t as usize];
-            for k in 0..3 {
-                let [a, b] = [triangle[k], triangle[(k + 1) % 3]];
-                if self.leaves[a as usize] == self.leaves[b as usize] && half(a) == half(b) {
-                    let [x, y] = [a, b].map(|v| find(&mut sets, v));
-                    sets[x.max(y) as usize] = x.min(y);
-                }
+            let [a, b, c] = planes.working.triangles[t as usize];
+            let [at_a, at_b, at_c] = [a, b, c].map(|v| cells[v as usize]);
+            let mut join = |a: u32, b: u32| {
+                let [x, y] = [a, b].map(|v| find(&mut sets, v));
+                sets[x.max(y) as usize] = x.min(y);
+            };
+            if at_a == at_b {
+                join(a, b);
+            }
+            if at_b == at_c {
+                join(b, c);
+            } else if at_c == at_a {
+                join(c, a);
             }
         }
         let first = self.nodes.len() as u32;
-        let mut labels: Vec<Option<u32>> = vec![None; vertices];
+        let mut labels = vec![NO_SET; vertices];
         for v in 0..vertices as u32 {
             let parent = self.leaves[v as usize];
             if !is_top && self.nodes[parent as usize].is_settled {
@@ -188,7 +218,7 @@ impl Tree {
             let root = find(&mut sets, v);
             if root == v {
                 let number = self.nodes.len() as u32;
-                labels[v as usize] = Some(number - first);
+                labels[v as usize] = number - first;
                 let mut cuts = [0; 3];
                 if let Some(above) = self.nodes.get_mut(parent as usize) {
                     above.parts += 1;
@@ -261,7 +291,7 @@ impl Turning {
 impl Planes<'_> {
     /// Finds place and error of each set from the planes of the triangles with a vertex in it, each once, and of the boundary's edges, and how
     /// its cell is to be cut.
-    fn solve(&self, nodes: &mut [Node], labels: &[Option<u32>]) {
+    fn solve(&self, nodes: &mut [Node], labels: &[u32]) {
         let mut turning =
             vec![
                 Turning { box_of: [DVec3::INFINITY, DVec3::NEG_INFINITY], ..Turning::default() };
@@ -269,14 +299,12 @@ impl Planes<'_> {
             ];
         let mut sizes = vec![0; nodes.len()];
         let mut centres = vec![DVec3::ZERO; nodes.len()];
-        for (v, label) in labels.iter().enumerate() {
-            if let Some(label) = *label {
-                sizes[label as usize] += 1;
-                let at = self.at(v as u32);
-                centres[label as usize] += at;
-                let [low, high] = &mut turning[label as usize].box_of;
-                (*low, *high) = (low.min(at), high.max(at));
-            }
+        for (v, &label) in labels.iter().enumerate().filter(|(_, label)| **label != NO_SET) {
+            sizes[label as usize] += 1;
+            let at = self.at(v as u32);
+            centres[label as usize] += at;
+            let [low, high] = &mut turning[label as usize].box_of;
+            (*low, *high) = (low.min(at), high.max(at));
         }
         // Cells that are halved may be a thousand times as long as wide, with all their vertices in one plane.
         let size = |(node, turning): (&Node, &Turning)| match (self.options.eighths, turning.box_of) {
@@ -285,42 +313,37 @@ impl Planes<'_> {
         };
         let cell: Vec<f64> = nodes.iter().zip(&turning).map(size).collect();
         let mut sums = vec![Quadric::default(); nodes.len()];
-        let mut add = |vertices: &[u32], form: Form, point: DVec3, of_triangle: Option<DVec3>| {
-            let plane = Quadric::through(form, point);
-            // What is as long as the plane counts.
-            let normal = of_triangle.map(|cross| match self.options.weights {
-                Weights::Area => cross * 0.5,
-                Weights::Unit => cross.normalize_or_zero(),
-            });
-            for (k, &v) in vertices.iter().enumerate() {
-                let label = labels[v as usize];
-                if let Some(label) = label
-                    && vertices[..k].iter().all(|&before| labels[before as usize] != Some(label))
-                {
-                    sums[label as usize] += plane;
-                    if let Some(normal) = normal {
-                        let turning = &mut turning[label as usize];
-                        let length = normal.length();
-                        turning.weight += length;
-                        turning.normals += normal;
-                        turning.squares += normal * normal / length.max(f64::MIN_POSITIVE);
-                    }
-                }
-            }
-        };
         for &t in &self.triangles {
             let triangle = &self.working.triangles[t as usize];
             let [a, b, c] = triangle.map(|v| self.at(v));
             let cross = (b - a).cross(c - a);
             let mut form = Form::default();
             form.add_triangle(cross, self.options.weights);
-            add(triangle, form, a, Some(cross));
+            let plane = Quadric::through(form, a);
+            // What is as long as the plane counts.
+            let normal = match self.options.weights {
+                Weights::Area => cross * 0.5,
+                Weights::Unit => cross.normalize_or_zero(),
+            };
+            let length = normal.length();
+            let squares = normal * normal / length.max(f64::MIN_POSITIVE);
+            for label in distinct(triangle.map(|v| labels[v as usize])) {
+                sums[label as usize] += plane;
+                if !self.options.eighths {
+                    let turning = &mut turning[label as usize];
+                    turning.weight += length;
+                    turning.normals += normal;
+                    turning.squares += squares;
+                }
+            }
         }
         for edge in &self.boundary {
             let [a, b] = edge.ends.map(|v| self.at(v));
             let mut form = Form::default();
             form.add_boundary(b - a, edge.cross, self.options.weights);
-            add(&edge.ends, form, a, None);
+            let plane = Quadric::through(form, a);
+            let [x, y] = edge.ends.map(|v| labels[v as usize]);
+            distinct([x, y, NO_SET]).for_each(|label| sums[label as usize] += plane);
         }
         let sums = match self.options.both_errors {
             true => self.with_moved_planes(sums, &centres, &sizes, labels, &cell),
@@ -336,10 +359,9 @@ impl Planes<'_> {
             best.push((sum.at(place), place));
         }
         // Without an optimum the best of all vertices and the centre.
-        for (v, label) in labels.iter().enumerate() {
-            let Some(label) = label.map(|label| label as usize).filter(|&label| !is_solved[label]) else {
-                continue;
-            };
+        let unsolved = |label: u32| label != NO_SET && !is_solved[label as usize];
+        for (v, &label) in labels.iter().enumerate().filter(|(_, label)| unsolved(**label)) {
+            let label = label as usize;
             let at = self.at(v as u32);
             let cost = sums[label].at(at);
             if cost < best[label].0 {
@@ -374,7 +396,7 @@ impl Planes<'_> {
         planes: Vec<Quadric>,
         centres: &[DVec3],
         sizes: &[u32],
-        labels: &[Option<u32>],
+        labels: &[u32],
         cell: &[f64],
     ) -> Vec<Quadric> {
         let mut sums = planes.clone();
@@ -390,8 +412,8 @@ impl Planes<'_> {
                 let at = triangle.map(|v| self.at(v));
                 let set = triangle.map(|v| labels[v as usize]);
                 for k in 0..3 {
-                    let Some(label) = set[k] else { continue };
-                    if set[(k + 1) % 3] == set[k] || set[(k + 2) % 3] == set[k] {
+                    let label = set[k];
+                    if label == NO_SET || set[(k + 1) % 3] == label || set[(k + 2) % 3] == label {
                         continue;
                     }
                     let [a, b] = [at[(k + 1) % 3], at[(k + 2) % 3]];
@@ -410,23 +432,23 @@ impl Planes<'_> {
     }
 
     /// Sets round which some triangle looks away from the others are to be parted, whatever their error.
-    fn part_opposed(&self, nodes: &mut [Node], labels: &[Option<u32>]) {
+    fn part_opposed(&self, nodes: &mut [Node], labels: &[u32]) {
         let cross = |triangle: &[u32; 3]| {
             let [a, b, c] = triangle.map(|v| self.at(v));
             (b - a).cross(c - a)
+        };
+        let sets = |triangle: &[u32; 3]| {
+            triangle.map(|v| labels[v as usize]).into_iter().filter(|&label| label != NO_SET)
         };
         let mut sums = vec![DVec3::ZERO; nodes.len()];
         let triangles = || self.triangles.iter().map(|&t| &self.working.triangles[t as usize]);
         for triangle in triangles() {
             let cross = cross(triangle);
-            triangle
-                .iter()
-                .filter_map(|&v| labels[v as usize])
-                .for_each(|label| sums[label as usize] += cross);
+            sets(triangle).for_each(|label| sums[label as usize] += cross);
         }
         for triangle in triangles() {
             let cross = cross(triangle);
-            for label in triangle.iter().filter_map(|&v| labels[v as usize]) {
+            for label in sets(triangle) {
                 let node = &mut nodes[label as usize];
                 if sums[label as usize].dot(cross) < 0.0 && !node.is_settled {
                     node.error = f64::INFINITY;
@@ -440,12 +462,22 @@ impl Planes<'_> {
     }
 }
 
+/// Each of these once, but [`NO_SET`].
+fn distinct([x, y, z]: [u32; 3]) -> impl Iterator<Item = u32> {
+    let each = [(x, true), (y, y != x), (z, z != x && z != y)];
+    each.into_iter().filter(|&(label, is_new)| is_new && label != NO_SET).map(|(label, _)| label)
+}
+
 /// Where a sum is least, relative to a set's centre, unless that is outside: farther than a cell and a quarter, or where cells are halved than
 /// the longest side of the vertices' box and a quarter.
 fn optimum(sum: &Quadric, centre: DVec3, size: f64) -> Option<DVec3> {
     sum.optimum(centre, SINGULAR).filter(|d| d.abs().max_element() <= 1.25 * size)
 }
 
+/// The number of no set.
+const NO_SET: u32 = u32::MAX;
+/// Sets for each triangle that is to be left, from which on a limit may be found that leaves too many.
+const GUESSES: [f64; 5] = [0.55, 0.7, 1.0, 1.5, 3.5];
 /// Rounds of the second error: some sets go round in circles.
 const ROUNDS: usize = 3;
 /// A triangle that shrinks to nothing counts so many times its plane, at most.

@@ -4,8 +4,8 @@
 //! Decided once for all errors: a tree of the sets of vertices that hold together in the cells of each depth, each with its error and its
 //! best place. A limit on the error cuts the tree; so many triangles are found by bisection.
 //!
-//! Beyond cutting in eight: a cell is halved, across the side along which its triangles turn most, as their normals tell (Shaffer and
-//! Garland 2001 cut so, by any plane). So sets are long where the surface is bent one way alone, and have all sizes and not each fourth.
+//! Beyond cutting in eight, which large cells are: a cell is halved, across the side along which its triangles turn most, as their normals
+//! tell (Shaffer and Garland 2001 cut so, by any plane). So sets are long where the surface is bent one way alone, and have all sizes and not each fourth.
 
 use super::cluster::{BoundaryEdge, boundary_edges, merge, surviving};
 use super::quadric::{Form, Quadric, Weights};
@@ -106,7 +106,8 @@ impl Tree {
             ticker.tell(planes.working.living)?;
             let first = tree.nodes.len() as u32;
             let labels = tree.parts(&planes, &paths, is_top);
-            planes.solve(&mut tree.nodes[first as usize..], &labels);
+            let are_few = tree.nodes.len() < faces / FEW;
+            planes.solve(&mut tree.nodes[first as usize..], &labels, are_few);
             for (leaf, &label) in tree.leaves.iter_mut().zip(&labels).filter(|(_, label)| **label != NO_SET) {
                 *leaf = first + label;
             }
@@ -290,8 +291,8 @@ impl Turning {
 
 impl Planes<'_> {
     /// Finds place and error of each set from the planes of the triangles with a vertex in it, each once, and of the boundary's edges, and how
-    /// its cell is to be cut.
-    fn solve(&self, nodes: &mut [Node], labels: &[u32]) {
+    /// its cell is to be cut: in eight where sets `are_few`.
+    fn solve(&self, nodes: &mut [Node], labels: &[u32], are_few: bool) {
         let mut turning =
             vec![
                 Turning { box_of: [DVec3::INFINITY, DVec3::NEG_INFINITY], ..Turning::default() };
@@ -370,7 +371,9 @@ impl Planes<'_> {
         }
         for (k, (node, (error, place))) in nodes.iter_mut().zip(best).enumerate() {
             let axis = turning[k].axis(node.cuts);
-            node.axes = std::array::from_fn(|k| Some(k) == axis);
+            let extent = (turning[k].box_of[1] - turning[k].box_of[0]).to_array();
+            let can = |k: usize| node.cuts[k] < DEPTH && extent[k] > 0.0;
+            node.axes = std::array::from_fn(|k| Some(k) == axis || are_few && can(k));
             // A vertex alone has no error, and what is in one place has none worth a part.
             node.is_settled = sizes[k] == 1 || axis.is_none();
             if sizes[k] > 1 {
@@ -474,6 +477,9 @@ fn optimum(sum: &Quadric, centre: DVec3, size: f64) -> Option<DVec3> {
     sum.optimum(centre, SINGULAR).filter(|d| d.abs().max_element() <= 1.25 * size)
 }
 
+/// While there is no set for so many triangles that are to be left, cells are cut in eight: hardly one of these sets is left whole, and each cut
+/// looks at all triangles.
+const FEW: usize = 64;
 /// The number of no set.
 const NO_SET: u32 = u32::MAX;
 /// Sets for each triangle that is to be left, from which on a limit may be found that leaves too many.

@@ -7,6 +7,7 @@ mod batch;
 mod decode;
 mod demo;
 mod describe;
+mod detail;
 mod drawn;
 mod encode;
 mod failure;

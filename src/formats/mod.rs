@@ -54,7 +54,8 @@ mod write;
 pub use gltf::sample_scene;
 pub use gltf::{
     File, GltfFiles, Lighter, SceneOptions, Texture, gltf_files, in_bodies, lighter, placed,
-    textured_gltf_files, turn_v, write_glb, write_progressive, write_scene, write_textured_glb,
+    textured_gltf_files, turn_v, write_glb, write_levels_of_detail, write_progressive, write_scene,
+    write_textured_glb,
 };
 pub use gzip::INFLATED_BYTES;
 pub use materials::material_library;

@@ -99,7 +99,46 @@ fn chains_of_levels() {
         "unpack plain.uwm -o out",
         "plain.uwm is no set of meshes; decode --all-levels writes its levels",
     );
-    misused("lod m.ply -o m.obj", "m.obj: the name of a folder is wanted, or of a .uwm file");
+    misused("lod m.ply -o m.obj", "m.obj: the name of a folder is wanted, or of a .uwm or .glb file");
+    misused("unpack set.uwm -o m.obj", "m.obj: the name of a folder is wanted, or of a .glb file");
+}
+
+/// A set becomes one glTF, from which it is packed again; who knows nothing of levels of detail sees the finest.
+#[test]
+fn sets_as_levels_of_detail_of_a_gltf() {
+    let folder = Folder::new();
+    let meshes = chain(&folder);
+    for order in ["--small", "--stream"] {
+        folder.run(&format!("pack 0.ply 1.ply 2.ply -o set.uwm --exact {order} -q")).succeeded();
+        let told = folder.run("unpack set.uwm -o lods.glb --json").json();
+        assert_eq!(
+            (&told["files"][0]["file"], told["files"].as_array().unwrap().len()),
+            (&"lods.glb".into(), 3)
+        );
+        assert!(triangles(&folder.read("lods.glb")) == triangles(&meshes[0]));
+        // A set has no place for the shares of the screen.
+        let run = folder.run("pack lods.glb -o again.uwm --exact -q");
+        assert!(
+            run.code == 0 && run.err.contains("level 0: dropped objects with extras (1)\n"),
+            "{}",
+            run.err
+        );
+        folder.run("unpack again.uwm -o out -q").succeeded();
+        for (k, mesh) in meshes.iter().enumerate() {
+            assert!(
+                triangles(&folder.read(&format!("out/level-{k}.ply"))) == triangles(mesh),
+                "{order}: {k}"
+            );
+        }
+        folder.run("unpack set.uwm -o one.glb --level 1 -q").succeeded();
+        assert!(triangles(&folder.read("one.glb")) == triangles(&meshes[1]));
+    }
+    folder.run("lod 0.ply -o made.glb --triangles 100,50 -q").succeeded();
+    assert_eq!(folder.run("pack made.glb -o made.uwm -q").code, 0);
+    let members = folder.info("made.uwm");
+    let counts = members["members"].as_array().unwrap().iter().map(|m| m["triangles"].as_u64().unwrap());
+    let counts: Vec<u64> = counts.collect();
+    assert!(counts.len() == 3 && counts[0] == 240 && counts[1] <= 100 && counts[2] <= 50, "{counts:?}");
 }
 
 #[test]

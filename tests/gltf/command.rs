@@ -124,6 +124,9 @@ fn levels_of_detail_of_nodes() {
     gltf.push("nodes", json!({"mesh": meshes[1]}));
     gltf.push("nodes", json!({"mesh": meshes[2], "translation": [0, 0, 1]}));
     gltf.push("nodes", json!({"mesh": meshes[3]}));
+    // Those of materials are other things.
+    gltf.push("materials", json!({"extensions": {"MSFT_lod": {"ids": [1]}}}));
+    gltf.push("materials", json!({}));
     gltf.json["extensionsUsed"] = json!(["MSFT_lod"]);
     gltf.json["scenes"] = json!([{"nodes": [0]}]);
     let folder = Folder::with("a.glb", gltf.glb());
@@ -131,8 +134,9 @@ fn levels_of_detail_of_nodes() {
     folder.done("decode a.uwm -o b.glb -q");
     for name in ["a.glb", "b.glb"] {
         let told = folder.done(&format!("pack {name} -o set.uwm --exact"));
-        let dropped = format!("{name}, level 2: dropped nodes, flattened (2), objects with extras (1)\n");
-        assert!(told.contains(&dropped), "{told}");
+        let materials = "materials (2), levels of detail of materials (1)";
+        let all = format!("nodes, flattened (2), {materials}, objects with extras (1)");
+        assert!(told.contains(&format!("{name}, level 2: dropped {all}\n")), "{told}");
         folder.done("unpack set.uwm -o out -q");
         // Two triangles for each of 4 quads between columns.
         for (level, columns, z) in [(0, 19 + 4, 2.0), (1, 9 + 4, 2.0), (2, 3 + 4, 3.0)] {

@@ -3,6 +3,7 @@
 use super::reduction::{self, Reduction};
 use super::{Limit, Outcome, SAMPLES, distance, removal};
 use crate::cli::args::{self, Removal, Tolerance, part, size, tolerance};
+use crate::cli::detail;
 use crate::cli::encode;
 use crate::cli::failure::{Usage, note};
 use crate::cli::input::{self, Mesh, Reading};
@@ -18,16 +19,18 @@ use std::path::PathBuf;
 use unweld::codec::grid::Real;
 use unweld::encoder::{Options, Profile};
 use unweld::formats::{Coordinates, Source};
+use unweld::mesh::IndexedMesh;
 
-/// Make levels of detail that are meshes of their own, each coarser than the one before: a folder of files, or a set in one file
+/// Make levels of detail that are meshes of their own, each coarser than the one before: a folder of files, a set in one file, or a .glb
+/// whose node has them (MSFT_lod)
 #[derive(clap::Args)]
 #[command(after_help = EXAMPLES)]
 pub struct Args {
     /// The mesh (PLY, OBJ, STL, OFF or glTF, also gzip-compressed, or .uwm), - for standard input
     #[arg(value_name = "IN")]
     input: PathBuf,
-    /// The folder for level-0, the input, to level-K; or the file of a set
-    #[arg(short, long, value_name = "DIR|SET.uwm")]
+    /// The folder for level-0, the input, to level-K; or the file of a set, or of a glTF
+    #[arg(short, long, value_name = "DIR|SET.uwm|LODS.glb")]
     output: PathBuf,
     #[command(flatten)]
     goals: Goals,
@@ -91,12 +94,14 @@ struct Made {
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder =
         is_folder(&args.output) || args.output.extension().is_none() && !args::is_stream(&args.output);
-    if !folder && is_mesh_name(&args.output) {
-        let what = format!("{}: the name of a folder is wanted, or of a .uwm file", args.output.display());
+    let is_gltf = detail::is_file(&args.output);
+    if !folder && !is_gltf && is_mesh_name(&args.output) {
+        let what =
+            format!("{}: the name of a folder is wanted, or of a .uwm or .glb file", args.output.display());
         return Err(Usage(what).into());
     }
-    let set = if folder { None } else { Some(Output::new(&args.output, [&*args.input])?) };
-    if args.json && set.as_ref().is_some_and(Output::is_stream) {
+    let file = if folder { None } else { Some(Output::new(&args.output, [&*args.input])?) };
+    if args.json && file.as_ref().is_some_and(Output::is_stream) {
         return Err(Usage("--json and -o - both want standard output".to_owned()).into());
     }
     let name = input::name(&args.input);
@@ -108,7 +113,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         remark(args.quiet, &format!("{name}: {text}"));
     }
     let method = args.reduction.method.of_removal();
-    if let (Some(output), Some(method)) = (&set, method) {
+    if let (Some(output), Some(method), false) = (&file, method, is_gltf) {
         return progressive(args, &source, method, output, &mut progress);
     }
     let dropped: Vec<String> = source.dropped.iter().cloned().chain(source.mesh.uncoded()).collect();
@@ -120,8 +125,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let (levels, remarks) = chain(args, source, &mut progress).with_context(|| name.clone())?;
     remarks.iter().for_each(|text| remark(args.quiet, &format!("{name}: {text}")));
-    match set {
+    match file {
         None => to_folder(args, levels, progress),
+        Some(output) if is_gltf => to_gltf(args, levels, &output, progress),
         Some(output) => {
             let names: Vec<String> = (0..levels.len()).map(|j| format!("level-{j}")).collect();
             let sources = levels.into_iter().map(|made| made.source).collect();
@@ -202,16 +208,44 @@ fn to_folder(args: &Args, levels: Vec<Made>, progress: Progress) -> anyhow::Resu
     });
     let outputs = outputs.collect::<anyhow::Result<Vec<_>>>()?;
     drop(progress);
-    let diagonal = levels[0].source.mesh.diagonal();
-    let (mut text, mut files) = (String::new(), Vec::new());
-    for (j, (made, output)) in levels.iter().zip(&outputs).enumerate() {
+    for (made, output) in levels.iter().zip(&outputs) {
         let mesh = &made.source.mesh;
         output.write(|out| format.write_as_read(mesh, made.source.coordinates, out))?;
         for loss in format.losses(mesh, None) {
             remark(args.quiet, &format!("{}: {loss}", output.name));
         }
+    }
+    tell(args, &levels, &|j| outputs[j].name.clone(), &|j| outputs[j].name.clone())
+}
+
+/// All levels in one glTF.
+fn to_gltf(args: &Args, levels: Vec<Made>, output: &Output, progress: Progress) -> anyhow::Result<()> {
+    drop(progress);
+    let errors: Vec<f64> = levels.iter().map(|made| made.errors.map_or(0.0, |[max, _]| max)).collect();
+    let meshes: Vec<IndexedMesh> = levels.iter().map(|made| made.source.mesh.clone()).collect();
+    detail::write(&meshes, &errors, meshes[0].diagonal(), output)?;
+    let name = |j: usize| format!("{}, level {j}", output.name);
+    for (j, mesh) in meshes.iter().enumerate() {
+        for loss in MeshFormat::Glb.losses(mesh, None) {
+            remark(args.quiet, &format!("{}: {loss}", name(j)));
+        }
+    }
+    tell(args, &levels, &name, &|_| output.name.clone())
+}
+
+/// What each level is; what it is called for people, and its file for programs.
+fn tell(
+    args: &Args,
+    levels: &[Made],
+    name: &dyn Fn(usize) -> String,
+    file: &dyn Fn(usize) -> String,
+) -> anyhow::Result<()> {
+    let diagonal = levels[0].source.mesh.diagonal();
+    let (mut text, mut files) = (String::new(), Vec::new());
+    for (j, made) in levels.iter().enumerate() {
+        let mesh = &made.source.mesh;
         let [vertices, triangles] = [mesh.positions.len(), mesh.triangles.len()].map(|n| n as u64);
-        text += &format!("{}: {}, {}", output.name, count(vertices, "vertex"), count(triangles, "triangle"));
+        text += &format!("{}: {}, {}", name(j), count(vertices, "vertex"), count(triangles, "triangle"));
         if let Some([max, rms]) = made.errors {
             text += &format!(
                 ", error at most {}, rms {}",
@@ -222,7 +256,7 @@ fn to_folder(args: &Args, levels: Vec<Made>, progress: Progress) -> anyhow::Resu
         text.push('\n');
         let [max, rms] = [0, 1].map(|k| made.errors.map(|errors| errors[k]));
         files.push(json!({
-            "level": j, "file": output.name, "vertices": vertices, "triangles": triangles, "max_error": max, "rms_error": rms,
+            "level": j, "file": file(j), "vertices": vertices, "triangles": triangles, "max_error": max, "rms_error": rms,
             "max_error_percent": max.and_then(|x| percent(x, diagonal)), "rms_error_percent": rms.and_then(|x| percent(x, diagonal)),
         }));
     }
@@ -281,6 +315,7 @@ EXAMPLES
   unweld lod bunny.ply -o lods/ --levels 5
   unweld lod bunny.ply -o lods/ --triangles 10000,3000,1000 --method qslim --format obj
   unweld lod bunny.ply -o lods.uwm --errors 0.1%,0.5% --small
+  unweld lod bunny.ply -o lods.glb --ratio 30%
   unweld lod bunny.ply -o bunny.uwm --method stellar
 
 Discrete levels are for engines that want files, and nearest to the input at equal triangles. For streaming, `unweld encode`, or

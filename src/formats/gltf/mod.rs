@@ -70,7 +70,10 @@ pub use sample::sample_scene;
 pub use textured::{Texture, textured_gltf_files, write_textured_glb};
 pub use turned::turn_v;
 pub(super) use uri::within;
-pub use write::{GltfFiles, SceneOptions, gltf_files, placed, write_glb, write_progressive, write_scene};
+pub use write::{
+    GltfFiles, SceneOptions, gltf_files, placed, write_glb, write_levels_of_detail, write_progressive,
+    write_scene,
+};
 
 /// Whether the content is glTF: binary by its first bytes; text by its first object, which tells of an asset and its version.
 pub(super) fn is_gltf(bytes: &[u8]) -> bool {

@@ -86,8 +86,13 @@ impl Notes {
         let scenes = listed("scenes")?.saturating_sub(1);
         let mut found = Found::default();
         found.look(root.value, 0);
-        // Of nodes it is kept, of materials lost with these, as is told.
-        found.extensions.retain(|name, _| !self.keeps_detail || *name != DETAIL);
+        // Of nodes it is kept, of materials not, whose numbers are those of other materials.
+        let materials = root.list("materials")?;
+        let details = materials.iter().filter(|material| material.extension(DETAIL).is_some()).count();
+        if let Some(all) = found.extensions.get_mut(DETAIL) {
+            *all = all.saturating_sub(details);
+        }
+        found.extensions.retain(|name, count| *name != DETAIL || *count > 0 && !self.keeps_detail);
         let counts = [
             ("primitives of points", points),
             ("primitives of lines", lines),
@@ -101,6 +106,7 @@ impl Notes {
             ("animations", listed("animations")?),
             ("cameras", listed("cameras")?),
             ("materials", listed("materials")?),
+            ("levels of detail of materials", details),
             ("textures", listed("textures")?),
             ("images", listed("images")?),
             ("objects with extras", found.extras),

@@ -9,6 +9,7 @@ use super::accessor::{Shape, type_of};
 use super::geometry::{Column, Geometry};
 use super::pack::Pack;
 use super::primitive::POSITION;
+use super::scene::{COVERAGE, DETAIL};
 use super::turned::{has_v, turn_v};
 use crate::formats::write::finite;
 use crate::mesh::IndexedMesh;
@@ -20,66 +21,120 @@ use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Stored, Val
 /// # Errors
 /// [`io::ErrorKind::InvalidInput`] where a coordinate is not finite in binary32.
 pub(super) fn document(mesh: &IndexedMesh) -> io::Result<(Value, Vec<u8>)> {
-    let turned = has_v(mesh).then(|| {
-        let mut turned = mesh.clone();
-        turn_v(&mut turned);
-        turned
-    });
-    let mesh = turned.as_ref().unwrap_or(mesh);
-    let (written, _) = sorted(mesh);
-    let columns: Vec<Column<'_>> = written.iter().map(|(_, attribute, _)| Column::new(attribute)).collect();
-    let mut pack = Pack::default();
-    let mut objects: Named<'_, Vec<Value>> = Named::default();
-    let mut materials: Named<'_, ()> = Named::default();
-    for group in groups(mesh, &written) {
-        let own: Vec<usize> = (0..written.len()).filter(|k| group.attributes >> k & 1 == 1).collect();
-        let geometry =
-            Geometry::new(mesh, &group.triangles, &own.iter().map(|&k| &columns[k]).collect::<Vec<_>>());
-        let mut attributes = Map::new();
-        attributes.insert(
-            POSITION.to_owned(),
-            pack.vertices(POSITIONS, &positions(mesh, &geometry.vertices)?, true).into(),
-        );
-        for (&k, values) in own.iter().zip(&geometry.values) {
-            let (name, _, shape) = &written[k];
-            let number = pack.vertices(*shape, &columns[k].values(values, *shape, &[]), false);
-            attributes.insert(name.clone(), number.into());
-        }
-        let mut primitive = json!({ "attributes": attributes, "indices": pack.indices(&geometry.indices) });
-        let name = group.part.and_then(|part| mesh.part_names.get(part as usize));
-        let Names { object, material, .. } = Names::of(name.map_or("", String::as_str));
-        if !material.is_empty() {
-            primitive["material"] = materials.place(material).into();
-        }
-        let object = objects.place(object);
-        objects.list[object].1.push(primitive);
-    }
-    let mut root = Map::new();
-    root.insert("asset".into(), json!({ "version": "2.0", "generator": GENERATOR }));
-    let objects = objects.list;
-    if !objects.is_empty() {
-        let called = |mut value: Value, name: &str| {
-            if !name.is_empty() {
-                value["name"] = name.into();
+    let mut parts = Parts::default();
+    let nodes = parts.add(mesh)?;
+    let scene = (0..nodes.len()).collect();
+    Ok(parts.finish(nodes, scene))
+}
+
+/// The same of levels of detail of one thing, the finest first (`MSFT_lod`): the node of the first one names those of the others. A level of
+/// several objects is a node of theirs. `coverage` tells for each down to which share of the screen it is meant to be shown.
+///
+/// # Errors
+/// As [`document`].
+pub(super) fn levels(meshes: &[IndexedMesh], coverage: &[f64]) -> io::Result<(Value, Vec<u8>)> {
+    let mut parts = Parts::default();
+    let (mut nodes, mut objects) = (Vec::new(), Vec::new());
+    for mesh in meshes {
+        let mut own = parts.add(mesh)?;
+        nodes.push(match own.len() {
+            1 => own.remove(0),
+            count => {
+                let first = meshes.len() + objects.len();
+                objects.extend(own);
+                json!({ "children": (first..first + count).collect::<Vec<_>>() })
             }
-            value
-        };
-        let nodes = objects.iter().enumerate().map(|(k, (name, _))| called(json!({ "mesh": k }), name));
-        root.insert("scene".into(), 0.into());
-        root.insert("scenes".into(), json!([{ "nodes": (0..objects.len()).collect::<Vec<_>>() }]));
-        root.insert("nodes".into(), nodes.collect());
-        if !materials.list.is_empty() {
-            root.insert(
-                "materials".into(),
-                materials.list.iter().map(|(name, _)| json!({ "name": name })).collect(),
-            );
-        }
-        let meshes =
-            objects.into_iter().map(|(name, primitives)| called(json!({ "primitives": primitives }), name));
-        root.insert("meshes".into(), meshes.collect());
+        });
     }
-    pack.finish(&mut root);
-    Ok((root.into(), pack.bytes))
+    if let Some(finest) = nodes.first_mut().filter(|_| meshes.len() > 1) {
+        finest["extensions"] = json!({ DETAIL: { "ids": (1..meshes.len()).collect::<Vec<_>>() } });
+        finest["extras"] = json!({ COVERAGE: coverage });
+    }
+    nodes.extend(objects);
+    let (mut root, binary) = parts.finish(nodes, vec![0]);
+    if meshes.len() > 1 {
+        root["extensionsUsed"] = json!([DETAIL]);
+    }
+    Ok((root, binary))
+}
+
+/// What meshes that are written have in common.
+#[derive(Default)]
+struct Parts<'a> {
+    pack: Pack,
+    materials: Named<'a, ()>,
+    meshes: Vec<Value>,
+}
+
+impl<'a> Parts<'a> {
+    /// Adds the objects of a mesh; a node for each.
+    fn add(&mut self, mesh: &'a IndexedMesh) -> io::Result<Vec<Value>> {
+        let names = &mesh.part_names;
+        let turned = has_v(mesh).then(|| {
+            let mut turned = mesh.clone();
+            turn_v(&mut turned);
+            turned
+        });
+        let mesh = turned.as_ref().unwrap_or(mesh);
+        let (written, _) = sorted(mesh);
+        let columns: Vec<Column<'_>> =
+            written.iter().map(|(_, attribute, _)| Column::new(attribute)).collect();
+        let mut objects: Named<'_, Vec<Value>> = Named::default();
+        for group in groups(mesh, &written) {
+            let own: Vec<usize> = (0..written.len()).filter(|k| group.attributes >> k & 1 == 1).collect();
+            let geometry =
+                Geometry::new(mesh, &group.triangles, &own.iter().map(|&k| &columns[k]).collect::<Vec<_>>());
+            let mut attributes = Map::new();
+            let places = positions(mesh, &geometry.vertices)?;
+            attributes.insert(POSITION.to_owned(), self.pack.vertices(POSITIONS, &places, true).into());
+            for (&k, values) in own.iter().zip(&geometry.values) {
+                let (name, _, shape) = &written[k];
+                let number = self.pack.vertices(*shape, &columns[k].values(values, *shape, &[]), false);
+                attributes.insert(name.clone(), number.into());
+            }
+            let indices = self.pack.indices(&geometry.indices);
+            let mut primitive = json!({ "attributes": attributes, "indices": indices });
+            let name = group.part.and_then(|part| names.get(part as usize));
+            let Names { object, material, .. } = Names::of(name.map_or("", String::as_str));
+            if !material.is_empty() {
+                primitive["material"] = self.materials.place(material).into();
+            }
+            let object = objects.place(object);
+            objects.list[object].1.push(primitive);
+        }
+        let mut nodes = Vec::new();
+        for (name, primitives) in objects.list {
+            nodes.push(called(json!({ "mesh": self.meshes.len() }), name));
+            self.meshes.push(called(json!({ "primitives": primitives }), name));
+        }
+        Ok(nodes)
+    }
+
+    /// The document, whose scene has some of the nodes.
+    fn finish(self, nodes: Vec<Value>, scene: Vec<usize>) -> (Value, Vec<u8>) {
+        let Self { mut pack, materials, meshes } = self;
+        let mut root = Map::new();
+        root.insert("asset".into(), json!({ "version": "2.0", "generator": GENERATOR }));
+        if !meshes.is_empty() {
+            root.insert("scene".into(), 0.into());
+            root.insert("scenes".into(), json!([{ "nodes": scene }]));
+            root.insert("nodes".into(), nodes.into());
+            if !materials.list.is_empty() {
+                let names = materials.list.iter().map(|(name, ())| json!({ "name": name }));
+                root.insert("materials".into(), names.collect());
+            }
+            root.insert("meshes".into(), meshes.into());
+        }
+        pack.finish(&mut root);
+        (root.into(), pack.bytes)
+    }
+}
+
+fn called(mut value: Value, name: &str) -> Value {
+    if !name.is_empty() {
+        value["name"] = name.into();
+    }
+    value
 }
 
 /// See [`unwritten`](crate::formats::unwritten).

@@ -32,6 +32,8 @@ pub(super) const INSTANCING: &str = "EXT_mesh_gpu_instancing";
 
 /// The name of the extension by which a node has coarser ones that may stand in its place.
 pub(super) const DETAIL: &str = "MSFT_lod";
+/// What the extras of such a node tell: for each level, itself first, down to which share of the screen it is meant to be shown.
+pub(super) const COVERAGE: &str = "MSFT_screencoverage";
 
 impl Scene {
     /// Walks the nodes of the scene that a document shows, or of all its roots where it has no scenes; where no node at all has a

@@ -25,6 +25,27 @@ pub fn write_glb(mesh: &IndexedMesh, out: &mut impl Write) -> io::Result<()> {
     glb::write(&json, &binary, out)
 }
 
+/// As [`write_glb`], of levels of detail of one thing, the finest first: each is a node, and the first one, which is all that the scene
+/// has, names the others (`MSFT_lod`), so that who does not know the extension shows the finest. `coverage` tells, for each, down to which
+/// share of the screen's area it is meant to be shown (`MSFT_screencoverage`): from 1 to 0, none more than the one before.
+///
+/// # Errors
+/// As [`write_glb`]; [`io::ErrorKind::InvalidInput`] where there is no level, or not such a number for each.
+pub fn write_levels_of_detail(
+    levels: &[IndexedMesh],
+    coverage: &[f64],
+    out: &mut impl Write,
+) -> io::Result<()> {
+    let falls = coverage.is_sorted_by(|a, b| a >= b) && coverage.iter().all(|x| (0.0..=1.0).contains(x));
+    if levels.is_empty() || coverage.len() != levels.len() || !falls {
+        let what = "levels of detail want a share of the screen each, from 1 to 0";
+        return Err(io::Error::new(io::ErrorKind::InvalidInput, what));
+    }
+    levels.iter().try_for_each(check)?;
+    let (json, binary) = plain::levels(levels, coverage)?;
+    glb::write(&json, &binary, out)
+}
+
 /// How a scene is written.
 #[derive(Clone, Debug)]
 #[non_exhaustive]
@@ -216,6 +237,38 @@ mod tests {
         let part = |t: usize| source.mesh.attributes[0].at(t, 0);
         assert_eq!([0, 1, 2].map(part), [Some(0), Some(1), Some(2)]);
         assert_eq!(corners(&source.mesh, &[])[6], corners(&mesh, &[])[6]);
+    }
+
+    /// The finest of two objects; who knows nothing of levels sees that one alone.
+    #[test]
+    fn levels_of_detail_come_back_one_by_one() {
+        let mut fine = square();
+        fine.triangles.push([3, 2, 1]);
+        fine.attributes = vec![Attribute::parts(&[0, 0, 1])];
+        fine.part_names = ["o lamp\nusemtl red", "o table\nusemtl blue"].map(str::to_owned).to_vec();
+        let mut coarse = square();
+        coarse.triangles.truncate(1);
+        coarse.attributes = vec![Attribute::parts(&[0])];
+        coarse.part_names = vec!["o lamp\nusemtl blue".to_owned()];
+        let mut bytes = Vec::new();
+        write_levels_of_detail(&[fine.clone(), coarse.clone()], &[0.25, 0.0], &mut bytes).unwrap();
+        for (detail, mesh) in [(None, &fine), (Some(0), &fine), (Some(1), &coarse)] {
+            let options = ReadOptions { detail, ..ReadOptions::default() };
+            let told = read_with(&bytes, &options).unwrap().mesh;
+            assert_eq!((corners(&told, &[]), told.part_names), (corners(mesh, &[]), mesh.part_names.clone()));
+        }
+        let json: serde_json::Value = serde_json::from_slice(glb::frame(&bytes).unwrap().json).unwrap();
+        assert_eq!(json["scenes"][0]["nodes"].to_string(), "[0]");
+        assert_eq!(json["nodes"][0]["extensions"]["MSFT_lod"]["ids"].to_string(), "[1]");
+        assert_eq!(json["nodes"][0]["extras"]["MSFT_screencoverage"].to_string(), "[0.25,0.0]");
+        assert_eq!(json["extensionsUsed"].to_string(), "[\"MSFT_lod\"]");
+        let refused = |levels: &[IndexedMesh], coverage: &[f64]| {
+            let outcome = write_levels_of_detail(levels, coverage, &mut io::sink());
+            outcome.unwrap_err().kind() == io::ErrorKind::InvalidInput
+        };
+        let levels = [fine, coarse];
+        assert!(refused(&[], &[]) && refused(&levels, &[0.5]) && refused(&levels, &[0.25, 0.5]));
+        assert!(refused(&levels, &[1.5, 0.5]) && refused(&levels, &[0.5, f64::NAN]));
     }
 
     #[test]

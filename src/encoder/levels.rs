@@ -113,7 +113,7 @@ impl<'a> Levels<'a> {
             progress(done, total)?;
             self.sharpen(j as u32, &mut models);
             if self.simplified.has_rows {
-                self.rehearse(j, &mut models);
+                self.rehearse(j, &mut models)?;
             }
             self.level(j, &mut models);
             done += self.simplified.history.level(j).len() as u64;
@@ -294,15 +294,28 @@ impl<'a> Levels<'a> {
 
     /// Tries what the splits of level `j` are told by. What was best at the levels before tells nothing of it: where vertices stand in rows, one
     /// level takes what the one before has left.
-    fn rehearse(&self, j: usize, models: &mut SegmentModels) {
+    ///
+    /// # Errors
+    /// [`Error::Memory`](crate::Error::Memory) where there is none for the mesh a second time.
+    fn rehearse(&mut self, j: usize, models: &mut SegmentModels) -> Result<()> {
         let history = &self.simplified.history;
-        let Some(mut tried) = models.on_trial().filter(|_| !history.level(j).is_empty()) else { return };
+        let Some(mut tried) = models.on_trial().filter(|_| !history.level(j).is_empty()) else {
+            return Ok(());
+        };
         let mut mesh = self.mesh.clone();
+        // At once: what grows is there twice.
+        mesh.make_room([0, self.mesh.table.slots() + 2 * history.level(j).len()])?;
         let mut answers = LevelAnswers::new(&mesh.table, history, j, &self.places.born);
-        let mut pass = LevelPass::new(&mesh, self.places.cells(j));
+        let cells = self.places.cells(j);
+        // The pass of the level before serves here; that of the level itself will be the same made anew.
+        let mut pass = match self.pass.take() {
+            Some(pass) => pass.next(&mesh, cells),
+            None => LevelPass::new(&mesh, cells),
+        };
         let mut coder = RangeEncoder::default();
         while let Ok(Some(_)) = pass.step(&mut mesh, &mut tried, &mut coder, &mut answers) {}
         models.find(&tried);
+        Ok(())
     }
 
     /// Compares the attributes of level `j`, the mesh as it stands, with those of the input.

@@ -168,7 +168,7 @@ pub struct Simplified {
     pub input: CornerTable,
     /// Which of its vertices are of which body.
     pub bodies: Bodies,
-    /// Whether levels took vertices by rows of a regular sampling, be it by preference.
+    /// Whether levels followed the rows of a regular sampling or of straight walls, not only by preference.
     pub has_rows: bool,
     /// Whether the first level followed the rows of a regular sampling, or corners have values: what lies far from its place costs more there.
     pub lies_close: bool,
@@ -256,8 +256,9 @@ pub fn simplify(
             let pattern = rows.next_level(&mut remover);
             // None of the cheap ones may go, but another.
             may_go_on = budget < 1.0 || pattern.is_some() || along_lines;
-            has_rows |= pattern.is_some() || along_lines;
-            in_rows |= is_first && pattern.as_ref().is_some_and(Pattern::is_exact);
+            let follows = pattern.as_ref().is_some_and(Pattern::is_exact);
+            has_rows |= follows || along_lines;
+            in_rows |= is_first && follows;
             if is_first && !in_rows && options.method == Method::Auto {
                 remover.weigh_shape(SHAPE_WITHOUT_ROWS);
             }

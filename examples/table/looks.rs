@@ -20,7 +20,7 @@ use unweld::render::{Model, Picture, View, render_with, write_png};
 pub fn table(files: &[PathBuf], sheet: Option<&Path>) -> anyhow::Result<Table> {
     let mut table = Table::new("Looks of levels", &[NOTE], &COLUMNS);
     if files.is_empty() {
-        let scene = Textured::of("scene made by code", &sample_scene(1.0))?;
+        let scene = Textured::of("scene made by code", &sample_scene(1.0), None)?;
         let mut pairs = Vec::new();
         for share in SHARES {
             let (ours, peers) = (scene.level(share)?, scene.peers(share));
@@ -34,7 +34,7 @@ pub fn table(files: &[PathBuf], sheet: Option<&Path>) -> anyhow::Result<Table> {
     for path in files {
         let name = path.file_stem().map_or_else(String::new, |name| name.to_string_lossy().into_owned());
         let bytes = std::fs::read(path).with_context(|| path.display().to_string())?;
-        let model = Textured::of(&name, &bytes)?;
+        let model = Textured::of(&name, &bytes, path.parent())?;
         for share in SHARES {
             table.rows.push(model.row(share, &model.level(share)?, &model.peers(share))?);
         }
@@ -50,10 +50,11 @@ struct Textured {
 }
 
 impl Textured {
-    /// All that a glTF shows, with normals and the first texture coordinates.
-    fn of(name: &str, gltf: &[u8]) -> anyhow::Result<Self> {
-        let (source, paint) =
-            read_painted(gltf, &ReadOptions::default()).map_err(|e| anyhow!("{name}: {e}"))?;
+    /// All that a file shows, with normals and the first texture coordinates; its pictures may lie in `folder`.
+    fn of(name: &str, file: &[u8], folder: Option<&Path>) -> anyhow::Result<Self> {
+        let mut options = ReadOptions::default();
+        options.folder = folder.map(Path::to_owned);
+        let (source, paint) = read_painted(file, &options).map_err(|e| anyhow!("{name}: {e}"))?;
         let mut mesh = source.mesh;
         let counts = |a: &Attribute| {
             a.set == 0 && matches!(a.semantic, Semantic::Normal | Semantic::TexCoord | Semantic::Part)
@@ -301,7 +302,7 @@ fn apart(picture: &Picture) -> f64 {
 
 const SHARES: [f64; 4] = [0.5, 0.25, 0.1, 0.05];
 /// Bases made until one has the number of triangles.
-const TRIES: usize = 4;
+const TRIES: usize = 6;
 /// Pixels a side of what is compared.
 const SIDE: u32 = 256;
 /// Pixels across a pane of the sheet.

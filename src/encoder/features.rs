@@ -9,7 +9,6 @@ use crate::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic};
 use crate::mesh::topology::{Manifold, Remainder};
 use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Triangle, Vertex};
 use crate::simplify::{Bodies, Features, Values};
-use bitvec::vec::BitVec;
 use std::collections::HashMap;
 
 /// The features of a conditioned mesh. `entries` tell how its attributes are quantised: what that makes equal is no seam.
@@ -32,31 +31,22 @@ pub fn features(
     for (attribute, entry, birth) in said.filter(|(a, _, birth)| may_be_coarse(a, *birth)) {
         let classes = classes(attribute, entry);
         let is_chart = is_chart(attribute);
-        if is_chart {
-            let seams = input.seams(attribute, &classes);
-            let is_kept = birth == AttributeBirth::Base && seams.any();
-            // What part a triangle is of must be known where it is asked for; texture coordinates are kept with all charts.
-            match attribute.semantic {
-                Semantic::Part if is_kept => features.kept = seams.clone(),
-                _ => features.binding |= is_kept,
-            }
-            if features.seams.is_empty() {
-                features.seams = seams;
-            } else {
-                features.seams |= seams;
-            }
-        }
+        let meets = is_chart && input.is_parted(attribute, &classes);
+        let is_part = attribute.semantic == Semantic::Part;
+        // What part a triangle is of must be known where it is asked for; texture coordinates are kept with all charts.
+        let is_kept = meets && is_part && birth == AttributeBirth::Base;
+        features.binding |= meets && !is_part && birth == AttributeBirth::Base;
         let scale = weight(attribute, options) * input.worth(attribute, &manifold.positions, size);
-        if attribute.domain == Domain::Corner && scale > 0.0 && scale.is_finite() {
-            columns.push(Column { attribute, classes, scale, is_chart });
+        let has_price = attribute.domain == Domain::Corner && scale > 0.0 && scale.is_finite();
+        if has_price || meets {
+            let scale = has_price.then_some(scale);
+            columns.push(Column { attribute, classes, scale, is_chart, meets, is_kept });
         }
     }
-    if !features.seams.any() {
-        features.seams.clear();
-    }
-    // Those of charts come first.
-    columns.sort_by_key(|column| !column.is_chart);
+    // Those of charts come first, of them those that are kept.
+    columns.sort_by_key(|column| (!column.is_kept, !column.is_chart));
     features.values = input.values(&columns);
+    features.binding |= !features.values.charts.is_empty() && !input.have_others(&features.values);
     features
 }
 
@@ -98,13 +88,17 @@ fn triangles(remainder: &Remainder) -> Vec<u32> {
     remainder.origins.in_table.iter_ones().map(|t| t as u32).collect()
 }
 
-/// An attribute that has a price.
+/// An attribute that has a price, or charts.
 struct Column<'a> {
     attribute: &'a Attribute,
     classes: Vec<u32>,
-    /// A difference of 1 is worth so many sides of the lattice's cube.
-    scale: f64,
+    /// A difference of 1 is worth so many sides of the lattice's cube, if anything.
+    scale: Option<f64>,
     is_chart: bool,
+    /// Whether its charts meet.
+    meets: bool,
+    /// Whether its charts are kept at all levels.
+    is_kept: bool,
 }
 
 struct Input<'a> {
@@ -126,23 +120,24 @@ impl Input<'_> {
         attribute.at(self.triangles[t] as usize, place)
     }
 
-    /// By corner number, where the values on both sides of the edge opposite are not the same.
-    fn seams(&self, attribute: &Attribute, classes: &[u32]) -> BitVec {
+    /// The corners at both ends of the edge opposite to one, those on one side first, of each edge between two triangles.
+    fn edges(&self) -> impl Iterator<Item = [[Corner; 2]; 2]> + '_ {
+        let corners = self.table.triangles().flat_map(|t| t.corners()).map(|c| (c, self.table.opposite(c)));
+        let once = corners.filter(|&(c, o)| o.is_some() && c < o);
+        once.map(|(c, o)| [[c.next(), c.prev()], [o.prev(), o.next()]])
+    }
+
+    /// Whether values are not the same on both sides of some edge.
+    fn is_parted(&self, attribute: &Attribute, classes: &[u32]) -> bool {
         let class = |c: Corner| self.value(attribute, c).map_or(NO_VALUE, |value| classes[value]);
-        let differ = |c: Corner| {
-            let o = self.table.opposite(c);
-            let ends = [(c.next(), o.prev()), (c.prev(), o.next())];
-            match attribute.domain {
-                _ if o.is_none() => false,
-                Domain::Corner => ends.into_iter().any(|(a, b)| class(a) != class(b)),
-                Domain::Triangle => class(c) != class(o),
-            }
-        };
-        let mut seams = BitVec::repeat(false, 4 * self.table.slots());
-        for c in self.table.triangles().flat_map(|t| t.corners()) {
-            seams.set(c.index(), differ(c));
-        }
-        seams
+        self.edges().any(|[a, b]| a.map(class) != b.map(class))
+    }
+
+    /// Whether there are charts that meet where those that are kept do not.
+    fn have_others(&self, values: &Values) -> bool {
+        let of = |c: Corner| values.charts[values.corners[c.triangle().index()][c.place()] as usize];
+        let differ = |[a, b]: [[Corner; 2]; 2], k: usize| a.map(|c| of(c)[k]) != b.map(|c| of(c)[k]);
+        self.edges().any(|edge| differ(edge, 0) && !differ(edge, 1))
     }
 
     /// How many sides of the lattice's cube, `size`, a difference of 1 is worth where the weight is 1.
@@ -162,26 +157,42 @@ impl Input<'_> {
         }
         values.corners = vec![[0; 4]; self.table.slots()];
         let mut first_of_row = vec![Corner::NONE];
-        for Column { attribute, classes, is_chart, .. } in columns {
-            if attribute.semantic == Semantic::Normal {
-                values.normals.push(values.width);
-            }
-            values.width += attribute.components;
-            if *is_chart {
-                values.of_charts = values.width;
+        // By row what it is in charts, and in those that are kept.
+        let mut charts = vec![[0; 2]];
+        for &Column { attribute, ref classes, scale, is_chart, is_kept, .. } in columns {
+            if scale.is_some() {
+                if attribute.semantic == Semantic::Normal {
+                    values.normals.push(values.width);
+                }
+                values.width += attribute.components;
+                if is_chart {
+                    values.of_charts = values.width;
+                }
             }
             // Rows so far, parted further by this attribute.
-            let mut rows = HashMap::new();
+            let (mut rows, mut kinds) = (HashMap::new(), HashMap::new());
             first_of_row.clear();
+            let mut of_rows = Vec::new();
             for c in self.table.triangles().flat_map(|t| t.corners()) {
-                let row = &mut values.corners[c.triangle().index()][c.place()];
                 let class = self.value(attribute, c).map_or(NO_VALUE, |value| classes[value]);
+                let own = &mut values.corners[c.triangle().index()];
+                if attribute.domain == Domain::Triangle && c.place() == 0 {
+                    let next = kinds.len() as u32;
+                    own[3] = *kinds.entry((own[3], class)).or_insert(next);
+                }
+                let row = &mut own[c.place()];
+                let [chart, kept] = charts[*row as usize];
                 let next = first_of_row.len() as u32;
                 *row = *rows.entry((*row, class)).or_insert(next);
                 if *row == next {
                     first_of_row.push(c);
+                    of_rows.push([if is_chart { next } else { chart }, if is_kept { next } else { kept }]);
                 }
             }
+            charts = of_rows;
+        }
+        if columns.iter().any(|column| column.meets) {
+            values.charts = charts;
         }
         values.rows.reserve(first_of_row.len() * values.width);
         for c in first_of_row {
@@ -194,7 +205,7 @@ impl Input<'_> {
 
     /// Appends the numbers of a corner.
     fn push(&self, &Column { attribute, scale, .. }: &Column, c: Corner, out: &mut Vec<f32>) {
-        let n = attribute.components;
+        let (n, Some(scale)) = (attribute.components, scale) else { return };
         let Some(value) = self.value(attribute, c) else {
             out.extend(std::iter::repeat_n(f32::NAN, n));
             return;
@@ -257,10 +268,16 @@ mod tests {
     }
 
     fn seams(table: &CornerTable, features: &Features) -> Vec<[u32; 2]> {
+        let Values { corners: rows, charts, .. } = &features.values;
+        let of =
+            |c: Corner| charts.get(rows[c.triangle().index()][c.place()] as usize).map(|charts| charts[0]);
+        let is_seam = |&c: &Corner| {
+            let o = table.opposite(c);
+            o.is_some() && (of(c.next()) != of(o.prev()) || of(c.prev()) != of(o.next()))
+        };
         let corners = table.triangles().flat_map(|t| t.corners());
-        let of = |c: Corner| features.seams.get(c.index()).is_some_and(|seam| *seam);
         let mut seams: Vec<_> = corners
-            .filter(|&c| of(c))
+            .filter(is_seam)
             .map(|c| table.edge(c))
             .map(|(a, b)| [a.0.min(b.0), a.0.max(b.0)])
             .collect();
@@ -292,7 +309,7 @@ mod tests {
         assert!(!features.binding);
         // Open borders are none.
         let (_, features) = of(&sheet(4), &Options::default());
-        assert!(features.seams.is_empty());
+        assert!(features.values.charts.is_empty());
     }
 
     #[test]
@@ -302,7 +319,7 @@ mod tests {
         let (_, finest) = of(&mesh, &said(AttributeBirth::Finest));
         assert_eq!(finest, Features::default());
         assert!(of(&mesh, &said(AttributeBirth::Base)).1.binding);
-        assert!(!of(&sheet(4), &said(AttributeBirth::Base)).1.binding, "there are none");
+        assert!(of(&sheet(4), &said(AttributeBirth::Base)).1.values.charts.is_empty(), "there are none");
         // What is not finite comes with level 0.
         let mut broken = mesh;
         let Numbers::F32(numbers) = &mut broken.attributes[0].values else { panic!("they are") };
@@ -325,7 +342,10 @@ mod tests {
         parts.attributes.push(Attribute::parts(&numbers));
         let (table, features) = of(&parts, &Options::default());
         assert_eq!(seams(&table, &features), along(&parts, 2));
-        assert!(features.values.corners.is_empty(), "a part has no price");
+        assert_eq!(features.values.width, 0, "a part has no price");
+        // But a part's triangles never stand in for another's.
+        let kinds: std::collections::HashSet<u32> = features.values.corners.iter().map(|of| of[3]).collect();
+        assert_eq!(kinds.len(), 2);
     }
 
     /// The texture of the sheet is as large as the sheet: as far as it slips a texture coordinate changes; weights make it more.

@@ -106,7 +106,8 @@ impl<'a> Finish<'a> {
         }
         let kinds: Vec<_> = self.entries.iter().map(AttributeEntry::kind).collect();
         let (table, history) = (simplified.input.clone(), &simplified.history);
-        let labelling = Labelling::new(self.input, &kinds, &self.remainder, table, history, positions);
+        let slid = &simplified.slid;
+        let labelling = Labelling::new(self.input, &kinds, &self.remainder, table, history, slid, positions);
         let attributes = self.input.attributes.iter().zip(&labelling.coarsest).zip(&labelling.parted);
         for (entry, ((attribute, &coarsest), &parted)) in self.entries.iter_mut().zip(attributes) {
             if entry.constant.is_some() {

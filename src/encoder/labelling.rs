@@ -4,6 +4,7 @@ use crate::codec::attributes::Truth;
 use crate::mesh::attributes::{Domain, Kind};
 use crate::mesh::topology::Remainder;
 use crate::mesh::{Corner, CornerTable, IndexedMesh, Triangle, Vertex};
+use crate::refine::labels::{Parting, Slid};
 use crate::refine::{Birth, History, Labels, Operation, Ring, Site, wedges};
 
 /// The labels of the base, of what is born at levels, and round the vertex of each operation.
@@ -29,13 +30,14 @@ pub struct Labelling {
 
 impl Labelling {
     /// Labels the corners of `table`, made of the triangles of `mesh` that `remainder` says, and follows them through its history;
-    /// `positions` are those of its vertices.
+    /// `positions` are those of its vertices, `slid` the vertices that went onto others, in the order of the history.
     pub fn new(
         mesh: &IndexedMesh,
         kinds: &[Kind],
         remainder: &Remainder,
         mut table: CornerTable,
         history: &History,
+        slid: &[Slid],
         positions: &[[i32; 3]],
     ) -> Self {
         let (truth, of_input) = Truth::new(&mesh.attributes, kinds, mesh.triangles.len());
@@ -56,7 +58,7 @@ impl Labelling {
             rings: Vec::new(),
         };
         this.parted = (0..kinds.len()).map(|k| this.parted(&table, k, kinds[k].domain)).collect();
-        let mut ring = Ring::default();
+        let (mut ring, mut slid) = (Ring::default(), slid.iter().peekable());
         for j in 0..history.level_count() {
             this.births.push(history.birth(j).map_or_else(Labels::default, |birth| {
                 let labels = this.of_birth(&table, birth);
@@ -65,14 +67,18 @@ impl Labelling {
             }));
             for operation in history.level(j) {
                 this.base.ring(&table, operation.vertex, operation.site, &mut ring);
-                this.check_rows(j, kinds, &table, operation, &ring);
+                let parting = match slid.next_if(|slid| slid.vertex == operation.vertex) {
+                    Some(slid) => ring.parting_of(slid),
+                    None => ring.parting(operation.site),
+                };
+                this.check_rows(j, kinds, &table, operation, &ring, parting);
                 let areas: Vec<f64> = ring.corners.iter().map(|&c| area(&table, positions, c)).collect();
                 operation
                     .undo(&mut table, history.flips(operation))
                     .expect("a history can be undone on the mesh that it is of");
                 // Of two labels of which one has to go, that of the larger triangle stays.
-                this.base
-                    .settle(&table, &ring, operation.site, |before, behind| areas[behind] > areas[before]);
+                let larger = |x: usize, y: usize| areas[y] > areas[x];
+                this.base.settle(&table, &ring, operation.site, parting, larger);
                 this.first[operation.vertex.index()] = (this.rings.len() as u32, ring.first());
                 this.rings.extend_from_slice(&ring.labels);
             }
@@ -132,18 +138,17 @@ impl Labelling {
         table: &CornerTable,
         operation: &Operation,
         ring: &Ring,
+        parting: Parting,
     ) {
         let behind = match (operation.site, ring.corners.first()) {
             (Site::Attach(..), Some(&c)) => Some(self.base.of_triangle(table.opposite(c).triangle())),
             _ => None,
         };
-        let sides = ring.sides(operation.site);
+        let of_part = |part: usize| parting.triangles_of(part).next().map_or(0, |i| ring.labels[i][3]);
         let differs = |k: usize| {
             let value = |label: u32| self.truth.value(k, label);
-            sides.iter().any(|side| {
-                let own = ring.labels.get(side.start).map(|labels| value(behind.unwrap_or(labels[3])));
-                ring.labels[side.clone()].iter().any(|labels| Some(value(labels[3])) != own)
-            })
+            let from = |i: usize| behind.unwrap_or_else(|| of_part(parting.carried(i)));
+            ring.labels.iter().enumerate().any(|(i, labels)| value(labels[3]) != value(from(i)))
         };
         for (k, _) in kinds.iter().enumerate().filter(|(_, kind)| kind.domain == Domain::Triangle) {
             if self.coarsest[k] > j && differs(k) {

@@ -1,13 +1,18 @@
 //! What a writer knows corners by, on the way from the finest mesh to the base.
 
+mod parting;
+
 use super::{Site, wedges};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 
+pub use parting::{Parting, Taken};
+
 /// A label for each corner, and one for each triangle, of a mesh that loses its vertices.
 ///
-/// When a vertex goes, each coarse corner takes the label of a fine one at the same vertex and on the same side of the edge that is
-/// left: what [`Wedges::carry`](super::Wedges::carry) makes of coarse corners is then what the fine ones were, but for link vertices
-/// that were of two labels there.
+/// When a vertex goes, each coarse corner takes the label of a fine one at the same vertex and in the same part of the star, as on the same
+/// side of the edge that is left: what [`Wedges::carry`](super::Wedges::carry) makes of coarse corners is then what the fine ones were, but
+/// for link vertices that were of two labels there. Where a vertex goes onto another one that is not in each of its parts, what is left of
+/// these has the vertex's own label there.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Labels {
     /// By slot and place; the fourth is the triangle's.
@@ -31,24 +36,38 @@ impl Ring {
         self.link.first().copied().unwrap_or(Vertex::NONE)
     }
 
-    /// The fine triangles on either side of the edge that is left; where there is but one side, the second is empty.
-    pub fn sides(&self, site: Site) -> [std::ops::Range<usize>; 2] {
-        let count = self.labels.len();
-        let middle = match site {
-            Site::Edge(_, b) if self.link.len() == count => self.link.iter().position(|&w| w == b),
-            _ => None,
-        };
-        middle.map_or([0..count, count..count], |middle| [0..middle, middle..count])
+    /// How the star is parted where its vertex was inserted at `site`: by the edge that is left, if one is.
+    pub fn parting(&self, site: Site) -> Parting {
+        let is_open = self.link.len() > self.labels.len();
+        match site {
+            Site::Edge(_, b) if !is_open => {
+                let end = self.place(b).unwrap_or(0);
+                Parting::onto(self.labels.len(), is_open, 0, 1 | 1 << end)
+            }
+            _ => Parting::none(self.labels.len(), is_open),
+        }
     }
 
-    /// Which fine triangles are on the side of the coarse one with these vertices: those on its side of the edge that is left.
-    fn side(&self, site: Site, vertices: [Vertex; 3]) -> std::ops::Range<usize> {
-        let [right, left] = self.sides(site);
-        let Site::Edge(a, _) = site else { return right };
-        let place = |w: Vertex| self.link.iter().position(|&other| other == w);
-        let is_right = |w: Vertex| w != a && place(w).is_some_and(|place| place < right.end);
-        if left.is_empty() || vertices.into_iter().any(is_right) { right } else { left }
+    /// How it is parted where its vertex has gone onto another one.
+    pub fn parting_of(&self, slid: &Slid) -> Parting {
+        let onto = self.place(slid.onto).unwrap_or(0);
+        Parting::onto(self.labels.len(), self.link.len() > self.labels.len(), onto, slid.borders | 1 << onto)
     }
+
+    fn place(&self, w: Vertex) -> Option<usize> {
+        self.link.iter().position(|&other| other == w)
+    }
+}
+
+/// A vertex that has gone onto one of its link, charts round it kept apart.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slid {
+    /// The vertex.
+    pub vertex: Vertex,
+    /// Where it went.
+    pub onto: Vertex,
+    /// The places of its [`Ring`]'s link where charts meet, a bit each.
+    pub borders: u64,
 }
 
 impl Labels {
@@ -109,42 +128,36 @@ impl Labels {
         }
     }
 
-    /// The vertex of `ring` has gone from `table`: labels the corners of what is left of its triangles. Where the two fine corners at a
-    /// vertex of the link have other labels, and not the edge that is left between them, `second` says of the triangles on both sides of
-    /// it, by place in the ring, whether the label is that of the second.
+    /// The vertex of `ring`, inserted at `site`, has gone from `table`: labels the corners of what is left of its triangles, a star parted by
+    /// `parting`. `larger` says of two of its triangles whether the second is the larger one: its label stays where there are two for a
+    /// corner.
     pub fn settle(
         &mut self,
         table: &CornerTable,
         ring: &Ring,
         site: Site,
-        second: impl Fn(usize, usize) -> bool,
+        parting: Parting,
+        larger: impl Fn(usize, usize) -> bool,
     ) {
         if let Site::Attach(..) = site {
             return;
         }
-        let count = ring.labels.len();
+        let labels = &ring.labels;
         // The places of those that were last in the list are gone.
         let is_left = |t: Triangle| t.index() < table.slots() && table.is_live(t);
         for t in ring.corners.iter().map(|c| c.triangle()).filter(|t| is_left(*t)) {
-            let vertices = table.triangle(t);
-            let side = ring.side(site, vertices);
-            self.corners[t.index()][3] = ring.labels[side.start][3];
-            for (k, w) in vertices.into_iter().enumerate() {
-                let Some(i) = ring.link.iter().position(|&other| other == w) else { continue };
-                // The triangle before the vertex, and the one behind it.
-                let before = (i + count - 1) % count;
-                let [x, y] = [ring.labels[before][2], ring.labels[i % count][1]];
-                let is_open = ring.link.len() > count;
-                let takes_second = match site {
-                    _ if is_open && i == 0 => true,
-                    _ if is_open && i == count => false,
-                    // On the right of the edge it is the first triangle behind a, and the last before b.
-                    Site::Edge(a, _) if w == a => side.start == 0,
-                    Site::Edge(_, b) if w == b => side.start > 0,
-                    _ => x != y && second(before, i % count),
+            let [Some(a), Some(b), Some(c)] = table.triangle(t).map(|w| ring.place(w)) else { continue };
+            let part = parting.part_of([a, b, c]);
+            for (k, place) in [a, b, c].into_iter().enumerate() {
+                self.corners[t.index()][k] = match parting.taken(part, place) {
+                    Taken::Before(x) => labels[x][2],
+                    Taken::Behind(y) => labels[y][1],
+                    Taken::Either(x, y) if labels[x][2] != labels[y][1] && larger(x, y) => labels[y][1],
+                    Taken::Either(x, _) => labels[x][2],
+                    Taken::Own => labels[parting.largest(part, &larger)][0],
                 };
-                self.corners[t.index()][k] = if takes_second { y } else { x };
             }
+            self.corners[t.index()][3] = labels[parting.triangles_of(part).next().unwrap_or(0)][3];
         }
     }
 }
@@ -205,7 +218,8 @@ mod tests {
                     gone += 1;
                     let (mut below, mut ring) = (labels.clone(), Ring::default());
                     below.ring(&table, v, operation.site, &mut ring);
-                    below.settle(&coarse, &ring, operation.site, |_, _| panic!("no seam ends here"));
+                    let parting = ring.parting(operation.site);
+                    below.settle(&coarse, &ring, operation.site, parting, |_, _| panic!("no seam ends here"));
                     carried(&table, &mut coarse, &operation, &flips, &below, &labels);
                 }
             }

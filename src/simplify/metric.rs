@@ -170,13 +170,21 @@ impl Metric {
     }
 }
 
-/// How far a vertex comes to lie beside its curve, if it is on one: the squared distance times that of the curve's ends, as of a wall.
+/// How far a vertex comes to lie beside its curve, or the borders that go with it where it slides: the squared distance times that of
+/// their ends, as of a wall.
 fn aside(star: &Star) -> f64 {
-    star.curve.map_or(0.0, |(a, b)| {
+    let of_curve = |(a, b): (usize, usize)| {
         let off = star.foot([[a, a, b]].into_iter()).length_squared();
         let length = star.point(a).distance_squared(star.point(b));
         CURVE * f64::from(off) * f64::from(length) * star.mean_edge.powi(4)
-    })
+    };
+    match &star.slide {
+        Some(parting) => {
+            let is_border = |&place: &usize| parting.borders() >> place & 1 == 1 && place != parting.target();
+            (0..star.ring().len()).filter(is_border).map(|place| of_curve((parting.target(), place))).sum()
+        }
+        None => star.curve.map_or(0.0, of_curve),
+    }
 }
 
 /// The quadrics of all vertices, the mean length of an edge, and the area.

@@ -41,13 +41,13 @@ use crate::limits::max_walked;
 use crate::mesh::random::SplitMix64;
 use crate::mesh::{CornerTable, Lattice};
 use crate::refine::History;
+use crate::refine::labels::Slid;
 use births::{Components, Lack};
 use bitvec::vec::BitVec;
 use frame::{Frame, Places};
 use level::Allowance;
 use removal::{Kept, Remover};
 use rows::{Pattern, Rows};
-use seams::Seams;
 use seconds::timed;
 use values::Corners;
 
@@ -172,7 +172,9 @@ pub struct Simplified {
     pub has_rows: bool,
     /// Whether the first level followed the rows of a regular sampling, or corners have values: what lies far from its place costs more there.
     pub lies_close: bool,
-    /// The coarsest level at which all charts are whole ([`Features::seams`]); all coarser ones know of no seam but [`Features::kept`].
+    /// The vertices that have gone onto others, in the order of the history.
+    pub slid: Vec<Slid>,
+    /// The coarsest level at which no triangle mixes charts; all coarser ones know but of those that are kept at all levels.
     pub charts_to: usize,
     /// Where the time went.
     pub seconds: Seconds,
@@ -180,7 +182,7 @@ pub struct Simplified {
 
 /// Simplifies down to the base.
 ///
-/// `locked` vertices stay, and so do the curves that `features` names, unless they are given up; its values are part of what a removal costs. `progress` is called with the vertices
+/// `locked` vertices stay, no triangle mixes charts of `features` unless these are given up, and its values are part of what a removal costs. `progress` is called with the vertices
 /// removed so far and the vertices to remove; it returns whether to go on.
 ///
 /// # Errors
@@ -197,15 +199,14 @@ pub fn simplify(
     let begin = std::time::Instant::now();
     let places = Places { positions, frame: Frame::new(lattice) };
     let mut components = Components::new(&table, &places, options.births);
-    let Features { seams, kept, binding, values, bodies } = features;
-    let gives_up = !binding && seams != kept;
-    let (seams, corners) = (Seams::new(&table, seams, kept)?, Corners::new(&table, values)?);
+    let Features { binding, values, bodies } = features;
+    let corners = Corners::new(&table, values)?;
+    let gives_up = !binding && corners.as_ref().is_some_and(Corners::have_charts);
     let has_values = corners.as_ref().is_some_and(Corners::vary);
     let options = &if has_values { options.for_values() } else { options.clone() };
-    let mut remover = Remover::new(table, places, Kept { locked, seams, gives_up, corners, bodies }, options);
+    let mut remover = Remover::new(table, places, Kept { locked, gives_up, corners, bodies }, options);
     let start = remover.vertices;
-    let mut held = remover.held();
-    let held_otherwise = held - remover.held_by_curves();
+    let held = remover.held();
     let target = |held: usize, held_now: usize| {
         options.base_vertices.unwrap_or_else(|| default_base_vertices(start - held + held_now, held_now))
     };
@@ -233,11 +234,11 @@ pub fn simplify(
     let (mut walked, mut has_rows, mut in_rows, mut is_first) = (0, false, false, true);
     let (mut thins, mut charts_to, mut is_stuck) = (false, None, false);
     while walked + remover.table.triangle_count() as u64 <= allowed {
-        // A level most of whose vertices stay for their charts' sake has little of the surface.
-        if remover.has_curves() && (is_stuck || 2 * remover.held_by_curves() > remover.vertices) {
-            remover.drop_curves();
+        // A level most of whose vertices are where charts meet has little of the surface.
+        if remover.has_charts() && (is_stuck || 2 * remover.at_corners() > remover.vertices) {
+            remover.drop_charts();
             charts_to = Some(remover.history.level_count());
-            (held, budget) = (held_otherwise, options.level_budget);
+            budget = options.level_budget;
             target_now = target(held, remover.held());
         }
         let half = remover.table.triangle_count() / 2;
@@ -271,7 +272,7 @@ pub fn simplify(
         }
         let mut has_level = remover.history.end_level();
         let is_over = !has_level && !may_go_on;
-        is_stuck = is_over && remover.has_curves() && remover.vertices > target_now;
+        is_stuck = is_over && remover.has_charts() && remover.vertices > target_now;
         // Only where there are far too many: the base is not to lose a large part for a few vertices.
         thins |= is_over && !is_stuck && remover.vertices > few.saturating_mul(2);
         if is_over && !is_stuck && thins && remover.vertices > few {
@@ -296,7 +297,7 @@ pub fn simplify(
     }
     report(remover.vertices)?;
     let seconds = remover.watch.finish(begin.elapsed().as_secs_f64());
-    let Remover { table: base, mut history, covering, .. } = remover;
+    let Remover { table: base, mut history, slid, covering, .. } = remover;
     history.shrink_to_fit();
     let (weights, input, bodies) = covering.into_parts();
     let charts_to = charts_to.unwrap_or(history.level_count());
@@ -311,6 +312,7 @@ pub fn simplify(
         bodies,
         has_rows,
         lies_close,
+        slid,
         charts_to,
         seconds,
     })

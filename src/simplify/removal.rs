@@ -8,13 +8,14 @@ use super::lines::Lines;
 use super::metric::{Energy, Lost, Metric};
 use super::polygon::{MAX_SIDES, Shape, Triangulation};
 use super::rows::Pattern;
-use super::seams::Seams;
+use super::seams::Ways;
 use super::seconds::Stopwatch;
 use super::shadow::Shadow;
 use super::star::Star;
 use super::values::{Around, Corners};
 use crate::mesh::prefetch::prefetch;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
+use crate::refine::labels::Slid;
 use crate::refine::operation::has_triangle;
 use crate::refine::{History, Operation, Site};
 use bitvec::vec::BitVec;
@@ -41,6 +42,8 @@ pub struct Remover<'a> {
     pub places: Places<'a>,
     /// The history so far.
     pub history: History,
+    /// The vertices that have gone onto others, in its order.
+    pub slid: Vec<Slid>,
     /// Removed vertices and where they lie.
     pub covering: Covering,
     /// Vertices left.
@@ -54,8 +57,7 @@ pub struct Remover<'a> {
     metric: Metric,
     energies: Energies,
     barred: Barred,
-    seams: Option<Seams>,
-    /// Whether some of them may be given up.
+    /// Whether charts may be given up.
     gives_up: bool,
     corners: Option<Corners>,
     /// Lists that are empty between removals, with their memory.
@@ -78,9 +80,7 @@ struct Energies {
 pub struct Kept {
     /// Vertices.
     pub locked: BitVec,
-    /// Curves, if there are any.
-    pub seams: Option<Seams>,
-    /// Whether those of them may be given up that need not stay.
+    /// Whether charts may be given up that need not stay.
     pub gives_up: bool,
     /// As far as it goes, what corners are worth.
     pub corners: Option<Corners>,
@@ -92,8 +92,6 @@ pub struct Kept {
 #[derive(Debug)]
 struct Barred {
     /// At all levels.
-    always: BitVec,
-    /// These, and the corners of curves that there are still.
     locked: BitVec,
     /// In this level: those on the link of a vertex removed.
     blocked: BitVec,
@@ -102,11 +100,7 @@ struct Barred {
 impl<'a> Remover<'a> {
     /// A mesh with all its vertices.
     pub fn new(table: CornerTable, places: Places<'a>, kept: Kept, options: &Options) -> Self {
-        let Kept { locked: always, seams, gives_up, corners, bodies } = kept;
-        let mut locked = always.clone();
-        if let Some(seams) = &seams {
-            locked |= seams.corners();
-        }
+        let Kept { locked, gives_up, corners, bodies } = kept;
         let count = places.positions.len();
         let vertices = vertices(&table).count();
         let mut watch = Stopwatch::default();
@@ -115,6 +109,7 @@ impl<'a> Remover<'a> {
             vertices,
             covering: Covering::new(&table, &places, bodies),
             history: History::default(),
+            slid: Vec::new(),
             pattern: None,
             lines: None,
             energies: Energies {
@@ -122,8 +117,7 @@ impl<'a> Remover<'a> {
                 distortions: vec![f32::NAN; count],
                 shapes: vec![Shape::NONE; count],
             },
-            barred: Barred { always, locked, blocked: BitVec::repeat(false, count) },
-            seams,
+            barred: Barred { locked, blocked: BitVec::repeat(false, count) },
             gives_up,
             corners,
             room: Default::default(),
@@ -145,10 +139,9 @@ impl<'a> Remover<'a> {
         // What removed triangles have left is most of the memory by and by, and what is near each other is read sooner.
         if SPARSE * self.table.slots() > (SPARSE + 1) * self.table.triangle_count() {
             self.covering.compact(&self.table);
-            if self.seams.is_some() || self.corners.is_some() {
+            if let Some(corners) = &mut self.corners {
                 let there: Vec<_> = self.table.triangles().collect();
-                self.seams.iter_mut().for_each(|seams| seams.compact(&there));
-                self.corners.iter_mut().for_each(|corners| corners.compact(&there));
+                corners.compact(&there);
             }
             self.table.close_up();
         }
@@ -216,8 +209,8 @@ impl<'a> Remover<'a> {
 
     /// Goes on along lines, or begins to; returns whether there are any.
     pub fn follow_lines(&mut self) -> bool {
-        // Of what corners are worth nothing is known here, and seams have edges of their own.
-        if self.corners.is_some() || self.seams.is_some() {
+        // Of what corners are worth nothing is known here, and charts have edges of their own.
+        if self.corners.is_some() {
             return false;
         }
         if self.lines.as_ref().is_none_or(|lines| lines.order.is_empty()) {
@@ -268,32 +261,22 @@ impl<'a> Remover<'a> {
         vertices(&self.table).filter(|v| self.barred.locked[v.index()]).count()
     }
 
-    /// How many vertices are locked for nothing but curves that may be given up.
-    pub fn held_by_curves(&self) -> usize {
-        let barred = &self.barred;
-        let kept = self.seams.as_ref().and_then(Seams::kept_corners);
-        let is_held = |v: &Vertex| {
-            let v = v.index();
-            barred.locked[v] && !barred.always[v] && kept.is_none_or(|kept| !kept[v])
-        };
-        if self.gives_up { vertices(&self.table).filter(is_held).count() } else { 0 }
+    /// How many vertices there are at which charts meet that may be given up, in another way than along curves through them.
+    pub fn at_corners(&self) -> usize {
+        let Some(corners) = self.corners.as_ref().filter(|_| self.gives_up) else { return 0 };
+        self.free().filter(|&v| corners.are_corners(&self.table, v) == [true, false]).count()
     }
 
-    /// Whether there are curves that may be given up.
-    pub fn has_curves(&self) -> bool {
-        self.gives_up && self.seams.is_some()
+    /// Whether there are charts that may be given up.
+    pub fn has_charts(&self) -> bool {
+        self.gives_up
     }
 
-    /// From here on no curve is kept but those that must be.
-    pub fn drop_curves(&mut self) {
-        self.seams = self.seams.take().and_then(Seams::into_kept);
+    /// From here on no charts are kept but those that must be.
+    pub fn drop_charts(&mut self) {
         self.gives_up = false;
         if let Some(corners) = &mut self.corners {
             corners.drop_charts();
-        }
-        self.barred.locked.clone_from(&self.barred.always);
-        if let Some(seams) = &self.seams {
-            self.barred.locked |= seams.corners();
         }
         self.energies.costs.fill(f32::NAN);
     }
@@ -411,17 +394,58 @@ impl<'a> Remover<'a> {
     /// E(v), and the triangulation that it is of; infinite where v cannot be removed. Whether the edges to be
     /// made exist is not asked.
     fn energy(&self, v: Vertex) -> (Energy, Shape) {
-        let Some(star) = self.star(v) else { return (Energy::NEVER, Shape::NONE) };
+        let Some(mut star) = self.star(v) else { return (Energy::NEVER, Shape::NONE) };
         let around = self.around(v, &star);
+        let mut best = (Energy::NEVER, Shape::NONE);
+        self.each_way(v, &mut star, around.as_ref(), |star, around| {
+            let found = self.energy_of(v, star, around);
+            if best.0.total > found.0.total {
+                best = found;
+            }
+        });
+        best
+    }
+
+    /// Tells of each way that a vertex may go, as far as charts leave it one.
+    fn each_way(
+        &self,
+        v: Vertex,
+        star: &mut Star,
+        around: Option<&(&Corners, Around)>,
+        mut tell: impl FnMut(&Star, Option<&(&Corners, Around)>),
+    ) {
+        let Some((corners, values)) = around else { return tell(star, None) };
+        match Ways::new(star, corners.borders(star, values)) {
+            Ways::Free if star.ring().len() == 2 => {
+                if corners.may_shed(&self.table, self.table.corner_of(v)) {
+                    tell(star, around);
+                }
+            }
+            Ways::Free => tell(star, around),
+            Ways::Along(curve) => {
+                star.curve = Some(curve);
+                tell(star, around);
+            }
+            Ways::Onto(places) => {
+                for parting in places.filter(|parting| values.fits(parting)) {
+                    star.slide = Some(parting);
+                    tell(star, around);
+                }
+            }
+        }
+    }
+
+    /// The same of a star that goes in one way.
+    fn energy_of(&self, v: Vertex, star: &Star, around: Option<&(&Corners, Around)>) -> (Energy, Shape) {
         if star.ring().len() == 2 {
             let ear = || [[0, 0, 1]].into_iter();
-            let of_ear = |(corners, around): (&Corners, Around)| corners.price(&star, &around, ear(), None);
+            let of_ear = |(corners, around): &(&Corners, Around)| corners.price(star, around, ear(), None);
             let values = around.map_or(0.0, of_ear);
-            return (self.metric.energy(v, &star, star.foot(ear()), Lost::values(values), 0.0), Shape::NONE);
+            return (self.metric.energy(v, star, star.foot(ear()), Lost::values(values), 0.0), Shape::NONE);
         }
-        let price = self.metric.shape_price(&star);
-        let values = around.as_ref().map(|(corners, around)| (*corners, around));
-        let solved = star.solve(price, |i, j| self.price(v, &star, values, price, i, j));
+        let price = self.metric.shape_price(star);
+        let values = around.map(|(corners, around)| (*corners, around));
+        let solved = star.solve(price, |i, j| self.price(v, star, values, price, i, j));
         let Some(best) = solved.shape.triangulation() else { return (Energy::NEVER, Shape::NONE) };
         // A vertex of the boundary is to be near the new boundary: where it turns inwards, it lies on the new triangles.
         let sides = star.ring().len();
@@ -434,14 +458,17 @@ impl<'a> Remover<'a> {
         let (mut lost, mut crossed) = (0.0, 0.0);
         if let Some((corners, around)) = values {
             let made = best.diagonals().chain(star.boundary.then_some((0, sides - 1)));
-            crossed = made.map(|edge| corners.along(&star, around, edge)).sum();
-            let edge = self.edge_left(v, &star, &best, values);
-            lost = corners.price(&star, around, best.triangles.iter(), edge)
+            crossed = made.map(|edge| crossing(corners, star, around, edge)).sum();
+            let edge = self.edge_left(v, star, &best, values);
+            lost = corners.price(star, around, best.triangles.iter(), edge)
                 + f64::from(crossed) * star.mean_edge.powi(4);
+            if star.slide.is_some() {
+                lost *= SLIDES;
+            }
         }
         // Where a pattern is followed, it settles the shape.
         let shape = if self.follows(v) { 0.0 } else { (solved.cost - distortion - crossed).max(0.0) };
-        (self.metric.energy(v, &star, foot, Lost { distortion, values: lost }, shape), solved.shape)
+        (self.metric.energy(v, star, foot, Lost { distortion, values: lost }, shape), solved.shape)
     }
 
     /// The values at the corners of a star, if there are any.
@@ -464,8 +491,8 @@ impl<'a> Remover<'a> {
         if star.curve.is_some() {
             return star.curve;
         }
-        // Where nothing parts, any edge will do.
-        let parted = values.filter(|(_, around)| !around.is_whole());
+        // Where nothing parts, or the parts are given, any edge will do.
+        let parted = values.filter(|(_, around)| !around.is_whole() && star.slide.is_none());
         let lost = |edge: (usize, usize)| {
             parted.map_or(0.0, |(corners, around)| {
                 corners.price(star, around, best.triangles.iter(), Some(edge))
@@ -486,24 +513,7 @@ impl<'a> Remover<'a> {
         if let (Some(star), Some(mates)) = (&mut star, self.lines.as_ref().and_then(|lines| lines.mates(v))) {
             star.curve = places_of(star.ring(), mates);
         }
-        match &self.seams {
-            Some(seams) => star.and_then(|star| self.between_seams(v, star, seams)),
-            None => star,
-        }
-    }
-
-    /// The same where there are seams.
-    fn between_seams(&self, v: Vertex, mut star: Star, seams: &Seams) -> Option<Star> {
-        let sides = star.ring().len();
-        if star.boundary {
-            // Without an ear whose inner edge is a seam, nothing would be left of that seam but a boundary.
-            let is_held = sides == 2 && seams.is_seam(self.table.corner_of(v));
-            return (!is_held).then_some(star);
-        }
-        star.curve = seams.curve(&self.table, v);
-        // Where the two neighbours on the curve are neighbours on the link, an edge joins them already.
-        let closes = star.curve.is_some_and(|(a, b)| b - a == 1 || b - a == sides - 1);
-        (!closes).then_some(star)
+        star
     }
 
     #[inline]
@@ -548,7 +558,7 @@ impl<'a> Remover<'a> {
         let middle = 0.5 * (star.point(i) + star.point(j)).length();
         // A pattern that is followed comes before all else, distortions included.
         let dear = if self.follows(v) { price.max(1.0) } else { price };
-        let lost = values.map_or(0.0, |(corners, around)| corners.along(star, around, (i, j)));
+        let lost = values.map_or(0.0, |(corners, around)| crossing(corners, star, around, (i, j)));
         // Beside a line either diagonal of four vertices may do; all are to run the same way, so that they are expected.
         let turned = self.lines.is_some() && star.turns_left(i, j);
         let middle = if turned { middle + HANDED } else { middle };
@@ -564,8 +574,31 @@ impl<'a> Remover<'a> {
 
     /// The cheapest way to remove `v`, or `None` where the one rule (no new edge may exist already) leaves none.
     fn plan(&self, v: Vertex) -> Option<Removal> {
+        let mut star = self.star(v)?;
+        let around = self.around(v, &star);
+        let mut ways = Vec::new();
+        self.each_way(v, &mut star, around.as_ref(), |star, around| {
+            // Of several ways the cost is of one.
+            let (energy, shape) = match star.slide {
+                Some(_) => self.energy_of(v, star, around),
+                None => (Energy::NEVER, self.energies.shapes[v.index()]),
+            };
+            ways.push((energy.total, shape, star.clone()));
+        });
+        ways.sort_by(|x, y| x.0.total_cmp(&y.0));
+        let values = around.as_ref().map(|(corners, around)| (*corners, around));
+        ways.into_iter().find_map(|(_, shape, star)| self.plan_of(v, star, shape, values))
+    }
+
+    /// The same of a star that goes in one way, of which this is the best triangulation but for edges that exist already.
+    fn plan_of(
+        &self,
+        v: Vertex,
+        star: Star,
+        mut shape: Shape,
+        values: Option<(&Corners, &Around)>,
+    ) -> Option<Removal> {
         let table = &self.table;
-        let star = self.star(v)?;
         let ring = star.ring();
         let sides = ring.len();
         if sides == 2 {
@@ -578,10 +611,7 @@ impl<'a> Remover<'a> {
             return None;
         }
         let price = self.metric.shape_price(&star);
-        let around = self.around(v, &star);
-        let values = around.as_ref().map(|(corners, around)| (*corners, around));
         let mut exists = [[false; MAX_SIDES]; MAX_SIDES];
-        let mut shape = self.energies.shapes[v.index()];
         let best = loop {
             let best = shape.triangulation()?;
             let closing = star.boundary.then_some((0, sides - 1));
@@ -621,9 +651,8 @@ impl<'a> Remover<'a> {
         let inner = self.table.opposite(self.table.corner_of(v));
         let operation =
             Operation { vertex: v, site: plan.site, first_flip: 0, flip_count: plan.flips.len() as u32 };
-        if let Some(corners) = &mut self.corners {
-            corners.read(&self.table, v, plan.site, &plan.star);
-        }
+        let slid =
+            self.corners.as_mut().and_then(|corners| corners.read(&self.table, v, plan.site, &plan.star));
         // The plan has looked at all edges that are made.
         let may_join = |table: &CornerTable, a, b| {
             debug_assert!(!table.has_edge(a, b));
@@ -635,8 +664,9 @@ impl<'a> Remover<'a> {
             return false;
         }
         if let Some(corners) = &mut self.corners {
-            corners.settle(&self.table, plan.site);
+            corners.settle(&self.table, plan.site, slid.as_ref());
         }
+        self.slid.extend(slid);
         self.history.push(v, plan.site, plan.flips.iter().copied());
         self.vertices -= 1;
         for &w in plan.star.ring() {
@@ -659,10 +689,6 @@ impl<'a> Remover<'a> {
             star.push(inner.triangle());
         }
         self.covering.put(&self.table, &self.places, &covered, &star);
-        if let Some(seams) = &mut self.seams {
-            let ends = plan.star.curve.map(|(a, b)| [a, b].map(|i| plan.star.ring()[i]));
-            seams.renew(&self.table, &star, v, ends);
-        }
         let mut shadow = None;
         let bound = |a, b| shadow.get_or_insert_with(|| Shadow::new(&plan.star)).bound(a, b, known);
         self.covering.paths.renew(&self.table, &star, bound);
@@ -686,6 +712,15 @@ fn places_of(ring: &[Vertex], vertices: [Vertex; 2]) -> Option<(usize, usize)> {
     (j - i > 1 && j - i < ring.len() - 1).then_some((i, j))
 }
 
+/// What of the values is lost where an edge takes the place of spokes; where the vertex goes onto one of its link, those from there to others
+/// bring its own values along.
+fn crossing(corners: &Corners, star: &Star, around: &Around, (i, j): (usize, usize)) -> f32 {
+    match &star.slide {
+        Some(parting) if [i, j].contains(&parting.target()) => 0.0,
+        _ => corners.along(star, around, (i, j)),
+    }
+}
+
 /// Whether a vertex is one of those that tell of all, one in `every`: by a hash, as the order of the vertices may have a pattern.
 fn is_picked(v: Vertex, every: u32) -> bool {
     every == 1 || (v.0.wrapping_mul(0x9e37_79b1) >> 16).is_multiple_of(every)
@@ -699,6 +734,10 @@ const HANDED: f32 = 0.2;
 
 /// What an edge costs for the distance of its middle from the vertex removed.
 const MIDDLE: f32 = 1.5;
+
+/// What the loss of values weighs where a vertex goes onto another one: all that is round it is drawn there, where edges crossed tell of what lies
+/// between elsewhere.
+const SLIDES: f64 = 3.0;
 
 /// Triangles that are left, for each place more from which on these are given back.
 const SPARSE: usize = 4;

@@ -1,156 +1,91 @@
-//! Feature edges inside a mesh: where charts of an attribute meet, which removals leave standing.
+//! Charts inside a mesh: where those of an attribute meet, and how vertices there go.
 //!
-//! A chart's border is made of curves that end in corners. A vertex with two seams is removed along its curve, a–v–b becoming a–b on both
-//! sides at once; where a seam ends, where several meet, and where one meets the boundary, the vertex stays. Then no triangle ever has
-//! corners in two charts, curves are only shortened, and a vertex is of as many charts at each level that it is in.
+//! Charts meet along borders, curves that end in corners. A vertex with two of them is removed along its curve, a–v–b becoming a–b on both
+//! sides at once. Where a border ends, where several meet, and where one meets the boundary, the vertex goes onto one of its link along a
+//! border, as an edge collapse does: the part of each chart that was round it is then a fan from there, but for triangles at the edge
+//! collapsed, with which a chart may vanish. So no triangle ever has corners in two charts.
 
 use super::bodies::Bodies;
+use super::star::Star;
 use super::values::Values;
-use crate::error::{Error, Result};
-use crate::mesh::topology::{VertexClass, classify};
-use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
-use bitvec::vec::BitVec;
+use crate::refine::labels::Parting;
 
 /// What a simplification keeps besides locked vertices and the boundary, or pays for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Features {
-    /// Borders of charts: a bit a corner number, four a triangle, set at one or both sides of a seam for the edge opposite; empty where
-    /// there are none.
-    pub seams: BitVec,
-    /// Those of them, told in the same way, that are kept at all levels; empty where there are none.
-    pub kept: BitVec,
-    /// Whether all are kept at all levels. Otherwise coarse levels know of no other seam: those of which half the vertices would stay for
-    /// nothing but a seam, or from which no vertex could go.
+    /// Whether all charts are kept at all levels. Otherwise coarse levels know but of those that must be: those at most of whose vertices
+    /// others meet, or from which no vertex could go.
     pub binding: bool,
-    /// What corners are worth.
+    /// What corners are worth, and the charts that they are of.
     pub values: Values,
     /// Which vertices are of which body: how far a level is off is asked of its own alone.
     pub bodies: Bodies,
 }
 
-/// The seams of a mesh that loses its vertices.
-#[derive(Debug)]
-pub struct Seams {
-    /// By corner number, for the edge opposite; the same on both sides. Boundary edges are none.
-    of: BitVec,
-    /// Vertices inside the mesh that are on a curve. A vertex that stays stays on it.
-    curved: BitVec,
-    /// Vertices where feature edges end or several of them meet.
-    corners: BitVec,
-    /// The same of those that are left where the others are given up, if there are others.
-    kept: Option<Box<Seams>>,
+/// How a vertex may go.
+#[derive(Clone, Debug)]
+pub enum Ways {
+    /// Any edge may take its place.
+    Free,
+    /// The edge between two places on its link is left.
+    Along((usize, usize)),
+    /// Onto one of its link.
+    Onto(Onto),
 }
 
-impl Seams {
-    /// Those of a mesh, and of them `kept`; `None` where it has none.
-    ///
-    /// # Errors
-    /// [`Error::Parameter`] where there are bits, but not four a triangle.
-    pub fn new(table: &CornerTable, of: BitVec, kept: BitVec) -> Result<Option<Self>> {
-        let (mut all, kept) = (Self::all(table, of)?, Self::all(table, kept)?);
-        if let Some(all) = &mut all {
-            all.kept = kept.filter(|kept| kept.of != all.of).map(Box::new);
-            if let Some(kept) = &all.kept {
-                all.corners |= &kept.corners;
+/// The places that a vertex may go onto.
+#[derive(Clone, Debug)]
+pub struct Onto {
+    triangles: usize,
+    is_open: bool,
+    borders: u64,
+    left: u64,
+}
+
+impl Iterator for Onto {
+    type Item = Parting;
+
+    fn next(&mut self) -> Option<Parting> {
+        let place = (self.left != 0).then(|| self.left.trailing_zeros() as usize)?;
+        self.left &= self.left - 1;
+        Some(Parting::onto(self.triangles, self.is_open, place, self.borders))
+    }
+}
+
+impl Ways {
+    /// Those of a vertex from which borders lead to some places on its link, bits.
+    pub fn new(star: &Star, borders: u64) -> Self {
+        let (places, triangles, is_open) = (star.ring().len(), star.normals().len(), star.boundary);
+        let onto = |borders: u64, left: u64| Self::Onto(Onto { triangles, is_open, borders, left });
+        let first = borders.trailing_zeros() as usize;
+        match (borders.count_ones(), is_open) {
+            (0, _) => Self::Free,
+            (_, true) => onto(borders, 1 | 1 << triangles),
+            // Its end moves to where the border may best go on to.
+            (1, _) => match straight_on(star, first) {
+                Some(end) => Self::Along((first.min(end), first.max(end))),
+                None => onto(1 << first | 1 << ((first + 1) % places), 1 << first),
+            },
+            (2, _) => {
+                let last = 63 - borders.leading_zeros() as usize;
+                // An edge joins them already: the triangle at it goes.
+                if last - first == 1 || last - first == places - 1 {
+                    onto(borders, 1 << first)
+                } else {
+                    Self::Along((first, last))
+                }
             }
+            _ => onto(borders, borders),
         }
-        Ok(all)
     }
+}
 
-    fn all(table: &CornerTable, mut of: BitVec) -> Result<Option<Self>> {
-        if of.not_any() {
-            return Ok(None);
-        }
-        if of.len() != 4 * table.slots() {
-            return Err(Error::Parameter(format!("{} seams for {} triangles", of.len(), table.slots())));
-        }
-        for c in table.triangles().flat_map(|t| t.corners()) {
-            let o = table.opposite(c);
-            let is_seam = o.is_some() && (of[c.index()] || of[o.index()]);
-            of.set(c.index(), is_seam);
-        }
-        let classes = classify(table, &of);
-        let corners = classes.iter().map(|&class| class == VertexClass::Corner).collect();
-        let on_curve = |(v, class)| class == VertexClass::Curve && !table.is_boundary(Vertex(v));
-        let curved = (0..).zip(classes).map(on_curve).collect();
-        Ok(Some(Self { of, curved, corners, kept: None }))
-    }
-
-    /// What is left where all that need not stay are given up.
-    pub fn into_kept(self) -> Option<Self> {
-        self.kept.map(|kept| *kept)
-    }
-
-    /// The vertices that must stay for those that stay.
-    pub fn kept_corners(&self) -> Option<&BitVec> {
-        self.kept.as_ref().map(|kept| &kept.corners)
-    }
-
-    /// The vertices that must stay for them.
-    pub fn corners(&self) -> &BitVec {
-        &self.corners
-    }
-
-    /// Whether the edge opposite to a corner is a seam.
-    #[inline]
-    pub fn is_seam(&self, c: Corner) -> bool {
-        self.of[c.index()]
-    }
-
-    /// The places on the link of `v`, a vertex inside the mesh, that its curve comes from and leads to; `None` where it is on none.
-    #[inline]
-    pub fn curve(&self, table: &CornerTable, v: Vertex) -> Option<(usize, usize)> {
-        if !self.curved[v.index()] {
-            return None;
-        }
-        let spokes = table.fan(v).enumerate().filter(|(_, c)| self.is_seam(c.prev()));
-        let mut places = spokes.map(|(place, _)| place);
-        let curve = places.next().zip(places.next());
-        debug_assert!(curve.is_some() && places.next().is_none(), "a curve goes on on both sides");
-        curve
-    }
-
-    /// The triangles that are left, in order, are now numbered as in this list.
-    pub fn compact(&mut self, there: &[Triangle]) {
-        for (k, t) in there.iter().enumerate() {
-            for place in 0..4 {
-                let is_seam = self.of[4 * t.index() + place];
-                self.of.set(4 * k + place, is_seam);
-            }
-        }
-        self.of.truncate(4 * there.len());
-        if let Some(kept) = &mut self.kept {
-            kept.compact(there);
-        }
-    }
-
-    /// Some triangles are new, in place of the star of `v`; between them only the edge between the ends of `curve`, which `v` was on, is a
-    /// seam.
-    pub fn renew(
-        &mut self,
-        table: &CornerTable,
-        triangles: &[Triangle],
-        v: Vertex,
-        curve: Option<[Vertex; 2]>,
-    ) {
-        if let Some(kept) = &mut self.kept {
-            // Both halves of a curve are of the same charts.
-            let curve = curve.filter(|_| kept.curved[v.index()]);
-            kept.renew(table, triangles, v, curve);
-        }
-        for c in triangles.iter().flat_map(|t| t.corners()) {
-            let o = table.opposite(c);
-            let is_seam = if o.is_none() {
-                false
-            } else if triangles.contains(&o.triangle()) {
-                let (a, b) = table.edge(c);
-                curve.is_some_and(|ends| ends == [a, b] || ends == [b, a])
-            } else {
-                self.is_seam(o)
-            };
-            self.of.set(c.index(), is_seam);
-        }
-    }
+/// The place, no neighbour of another one, from which an edge to that comes nearest to the vertex.
+fn straight_on(star: &Star, from: usize) -> Option<usize> {
+    let places = star.ring().len();
+    let off = |&place: &usize| star.foot([[from, from, place]].into_iter()).length_squared();
+    let others = (0..places).filter(|&place| (2..places - 1).contains(&((place + places - from) % places)));
+    others.min_by(|x, y| off(x).total_cmp(&off(y)))
 }
 
 #[cfg(test)]
@@ -159,45 +94,67 @@ mod tests {
     use super::super::{Method, Options, Simplified, simplify};
     use super::*;
     use crate::mesh::random::SplitMix64;
-    use crate::mesh::{IndexedMesh, Lattice, lattice, shapes};
-    use crate::refine::Site;
-    use std::collections::{BTreeMap, BTreeSet};
+    use crate::mesh::{Corner, CornerTable, IndexedMesh, Lattice, Triangle, Vertex, lattice, shapes};
+    use crate::refine::{Labels, Ring};
+    use bitvec::vec::BitVec;
+    use std::collections::{BTreeSet, HashMap};
 
     fn table(mesh: &IndexedMesh) -> CornerTable {
         CornerTable::from_triangles(mesh.positions.len(), &mesh.triangles).unwrap()
     }
 
-    fn bits(table: &CornerTable, is_seam: impl Fn(Corner) -> bool) -> BitVec {
-        let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
+    /// What corners are in charts: their vertex, and what `of` tells of them there.
+    fn charts(table: &CornerTable, of: impl Fn(Corner) -> u32) -> Values {
+        let mut values = Values { corners: vec![[0; 4]; table.slots()], ..Values::default() };
+        let mut rows = HashMap::new();
         for c in table.triangles().flat_map(|t| t.corners()) {
-            seams.set(c.index(), table.opposite(c).is_some() && is_seam(c));
+            let next = rows.len() as u32;
+            let row = *rows.entry((table.vertex(c), of(c))).or_insert(next);
+            values.corners[c.triangle().index()][c.place()] = row;
         }
-        seams
+        values.charts = (0..rows.len() as u32).map(|row| [row, 0]).collect();
+        values
     }
 
-    /// Where the nearest of some random vertices changes from triangle to triangle; only on the side of the smaller corner, as an input
-    /// may say it.
-    fn cells(mesh: &IndexedMesh, table: &CornerTable, count: u32, seed: u64) -> BitVec {
+    /// Those of which each triangle is of one, `of` telling of which.
+    fn charts_of(table: &CornerTable, of: impl Fn(Triangle) -> u32) -> Values {
+        charts(table, |c| of(c.triangle()))
+    }
+
+    /// Which of some random vertices is nearest to a triangle.
+    fn cells(mesh: &IndexedMesh, table: &CornerTable, count: u32, seed: u64) -> Vec<u32> {
         let mut random = SplitMix64::new(seed);
         let sites: Vec<_> = (0..count).map(|_| random.below(mesh.positions.len() as u32) as usize).collect();
         let cell = |t: Triangle| {
             let p = mesh.positions[table.triangle(t)[0].index()];
             let apart = |&s: &usize| (0..3).map(|k| (p[k] - mesh.positions[s][k]).powi(2)).sum::<f64>();
-            sites.iter().enumerate().min_by(|x, y| apart(x.1).total_cmp(&apart(y.1))).map(|x| x.0)
+            let nearest = (0..).zip(&sites).min_by(|x, y| apart(x.1).total_cmp(&apart(y.1)));
+            nearest.map_or(0, |x| x.0)
         };
-        bits(table, |c| c < table.opposite(c) && cell(c.triangle()) != cell(table.opposite(c).triangle()))
+        (0..table.slots() as u32).map(|t| cell(Triangle(t))).collect()
     }
 
-    /// One edge in so many, wherever it is.
-    fn scattered(table: &CornerTable, one_in: u32, seed: u64) -> BitVec {
-        bits(table, |c| {
+    /// One edge in so many is a border wherever it is, as far as corners can tell: where a vertex has but one, it is none there.
+    fn scattered(table: &CornerTable, one_in: u32, seed: u64) -> Values {
+        let is_border = |c: Corner| {
             let edge = c.0.min(table.opposite(c).0);
-            SplitMix64::new(seed ^ u64::from(edge) << 20).below(one_in) == 0
-        })
+            table.opposite(c).is_some() && SplitMix64::new(seed ^ u64::from(edge) << 20).below(one_in) == 0
+        };
+        let mut of = HashMap::new();
+        for v in vertices(table) {
+            let borders: Vec<bool> = table.fan(v).map(|c| is_border(c.prev())).collect();
+            let count = borders.iter().filter(|&&border| border).count() as u32;
+            let mut part = 0;
+            for (c, border) in table.fan(v).zip(borders) {
+                part += u32::from(border);
+                of.insert(c, if table.is_boundary(v) { part } else { part % count.max(1) });
+            }
+        }
+        charts(table, |c| of[&c])
     }
 
-    fn run(mesh: &IndexedMesh, seams: &BitVec, options: &Options) -> (CornerTable, Simplified) {
-        run_with(mesh, Features { seams: seams.clone(), binding: true, ..Features::default() }, options)
+    fn run(mesh: &IndexedMesh, values: &Values, options: &Options) -> (CornerTable, Simplified) {
+        run_with(mesh, Features { values: values.clone(), binding: true, ..Features::default() }, options)
     }
 
     fn run_with(mesh: &IndexedMesh, features: Features, options: &Options) -> (CornerTable, Simplified) {
@@ -210,106 +167,62 @@ mod tests {
         (table, done.unwrap())
     }
 
-    /// Edges as pairs of vertices, smaller first.
-    fn edge(a: Vertex, b: Vertex) -> (Vertex, Vertex) {
-        (a.min(b), a.max(b))
-    }
-
-    fn edges(table: &CornerTable, seams: &BitVec) -> BTreeSet<(Vertex, Vertex)> {
-        let corners = table.triangles().flat_map(|t| t.corners());
-        corners.filter(|c| seams[c.index()]).map(|c| table.edge(c)).map(|(a, b)| edge(a, b)).collect()
-    }
-
-    /// The charts as they are told by edges alone: of each directed seam or boundary edge the chart on its left. Panics where a chart's
-    /// triangles do not agree.
-    fn charts(table: &CornerTable, seams: &BTreeSet<(Vertex, Vertex)>) -> (Vec<usize>, usize) {
-        let mut of = vec![usize::MAX; table.slots()];
-        let mut count = 0;
-        for first in table.triangles() {
-            if of[first.index()] != usize::MAX {
-                continue;
+    /// Rows of which some triangle has both are of one chart: for each row one of its chart.
+    fn joined(values: &Values) -> Vec<u32> {
+        let mut of: Vec<u32> = (0..values.charts.len() as u32).collect();
+        let root = |of: &[u32], mut row: u32| {
+            while of[row as usize] != row {
+                row = of[row as usize];
             }
-            let mut open = vec![first];
-            while let Some(t) = open.pop() {
-                of[t.index()] = count;
-                for c in t.corners() {
-                    let (a, b) = table.edge(c);
-                    let o = table.opposite(c);
-                    if o.is_some() && !seams.contains(&edge(a, b)) && of[o.triangle().index()] == usize::MAX {
-                        of[o.triangle().index()] = count;
-                        open.push(o.triangle());
-                    }
-                }
+            row
+        };
+        for [a, b, c, _] in &values.corners {
+            for other in [b, c] {
+                let [x, y] = [a, other].map(|&row| root(&of, row));
+                of[x as usize] = y;
             }
-            count += 1;
         }
-        (of, count)
+        (0..of.len() as u32).map(|row| root(&of, row)).collect()
     }
 
-    /// Takes the history back vertex by vertex, seams as pairs of vertices beside it, and checks all that is promised of levels with whole
-    /// charts. Returns how many vertices have gone from curves.
-    fn check(seams: &BitVec, table: &CornerTable, done: &Simplified) -> usize {
-        let mut mesh = table.clone();
-        let mut edges = edges(table, seams);
-        let (of, count) = charts(table, &edges);
-        // By directed feature edge the chart on its left.
-        let mut left: BTreeMap<_, _> = table
-            .triangles()
-            .flat_map(|t| t.corners())
-            .map(|c| (table.edge(c), c))
-            .filter(|&((a, b), c)| table.opposite(c).is_none() || edges.contains(&edge(a, b)))
-            .map(|(directed, c)| (directed, of[c.triangle().index()]))
-            .collect();
-        let mut slid = 0;
+    /// Takes the history back, labelled as an encoder does it, and checks at every level with charts that no triangle mixes them, that the edge
+    /// between its neighbours is a border where a vertex has gone from a curve, and that triangles of other kinds never stand for each other.
+    /// Returned are how many vertices have gone from curves, and how many onto others.
+    fn check(values: &Values, table: &CornerTable, done: &Simplified) -> [usize; 2] {
+        let (mut mesh, mut labels) = (table.clone(), Labels::new(values.corners.clone()));
+        let of = joined(values);
+        let (mut ring, mut slid) = (Ring::default(), done.slid.iter().peekable());
+        let mut along = 0;
         for j in 0..done.charts_to {
             for operation in done.history.level(j) {
                 let v = operation.vertex;
-                let at: Vec<_> = mesh.link(v).into_iter().filter(|&w| edges.contains(&edge(v, w))).collect();
-                let boundary = mesh.is_boundary(v);
-                let link = mesh.link(v);
-                let ends = match at[..] {
-                    [] if boundary => Some((link[0], link[link.len() - 1])),
-                    [] => None,
-                    [a, b] if !boundary => Some((a, b)),
-                    _ => panic!("{v:?} has {} seams, boundary: {boundary}", at.len()),
-                };
+                labels.ring(&mesh, v, operation.site, &mut ring);
+                let kinds: BTreeSet<u32> = ring.labels.iter().map(|labels| labels[3]).collect();
+                let moved = slid.next_if(|slid| slid.vertex == v);
+                let parting =
+                    moved.map_or_else(|| ring.parting(operation.site), |moved| ring.parting_of(moved));
+                let borders = borders(&mesh, &labels, v);
                 operation.undo(&mut mesh, done.history.flips(operation)).unwrap();
-                if let Some((a, b)) = ends {
-                    for (a, b) in [(a, b), (b, a)] {
-                        let halves = [left.remove(&(a, v)), left.remove(&(v, b))];
-                        assert_eq!(halves[0], halves[1], "the same chart on both halves");
-                        halves[0].and_then(|chart| left.insert((a, b), chart));
-                    }
+                labels.settle(&mesh, &ring, operation.site, parting, |_, _| false);
+                if let ([a, b], None) = (&borders[..], moved) {
+                    along += 1;
+                    // Where both ends are the same on both sides, it was one but for the vertex.
+                    let c = mesh.find_edge(a.0, b.0);
+                    let is_one = is_border(&mesh, &labels, c);
+                    assert!(c.is_some() && is_one == (a.1 || b.1), "{operation:?} leaves no border");
                 }
-                if let [a, b] = at[..] {
-                    slid += 1;
-                    assert!(edges.remove(&edge(a, v)) && edges.remove(&edge(v, b)));
-                    assert!(edges.insert(edge(a, b)), "two curves become one at {a:?} {b:?}");
-                    assert!(mesh.has_edge(a, b));
-                    // So that both sides' wedges come to be on one edge.
-                    assert!(
-                        matches!(operation.site, Site::Edge(x, y) if edge(x, y) == edge(a, b)),
-                        "{:?} splits no seam",
-                        operation.site
-                    );
-                }
+                let there = ring.corners.iter().map(|c| c.triangle());
+                let there = there.filter(|t| t.index() < mesh.slots() && mesh.is_live(*t));
+                let left: BTreeSet<u32> = there.map(|t| labels.of_triangle(t)).collect();
+                assert!(left == kinds || ring.labels.len() == 1, "{operation:?}");
             }
             assert_eq!(mesh.check(), Ok(()));
-            // All of a chart's borders, and no others, are round the same triangles.
-            let (of, now) = charts(&mesh, &edges);
-            assert_eq!(now, count, "level {j}");
-            let mut chart_of = vec![None; count];
-            let mut seen = 0;
-            for c in mesh.triangles().flat_map(|t| t.corners()) {
-                let (a, b) = mesh.edge(c);
-                if mesh.opposite(c).is_none() || edges.contains(&edge(a, b)) {
-                    let chart = left[&(a, b)];
-                    assert_eq!(*chart_of[of[c.triangle().index()]].get_or_insert(chart), chart, "level {j}");
-                    seen += 1;
-                }
+            for t in mesh.triangles() {
+                let charts = t.corners().map(|c| of[labels.of(c) as usize]);
+                assert_eq!(charts, [charts[0]; 3], "{t:?} mixes charts at level {}", j + 1);
             }
-            assert_eq!(seen, left.len(), "every border is an edge at level {j}");
         }
+        assert!(slid.peek().is_none() || done.charts_to < done.history.level_count());
         for j in done.charts_to..done.history.level_count() {
             done.history.undo_level(&mut mesh, j).unwrap();
         }
@@ -322,7 +235,23 @@ mod tests {
             done.history.apply_level(&mut mesh, j).unwrap();
         }
         assert_eq!(mesh.triangle_count(), table.triangle_count());
-        slid
+        [along, done.slid.len()]
+    }
+
+    fn is_border(table: &CornerTable, labels: &Labels, c: Corner) -> bool {
+        let o = table.opposite(c);
+        let of = |c: Corner| labels.of(c);
+        o.is_some() && [of(c.next()), of(c.prev())] != [of(o.prev()), of(o.next())]
+    }
+
+    /// The ends of the borders at a vertex inside, and whether they are two there, too.
+    fn borders(table: &CornerTable, labels: &Labels, v: Vertex) -> Vec<(Vertex, bool)> {
+        if table.is_boundary(v) {
+            return Vec::new();
+        }
+        let spokes = table.fan(v).filter(|c| is_border(table, labels, c.prev()));
+        let parts = |c: Corner| labels.of(c.next()) != labels.of(table.opposite(c.prev()).next());
+        spokes.map(|c| (table.vertex(c.next()), parts(c))).collect()
     }
 
     /// All profiles, both methods, down to where nothing goes any more.
@@ -339,7 +268,7 @@ mod tests {
     }
 
     #[test]
-    fn charts_stay_whole_at_every_level() {
+    fn no_triangle_mixes_charts() {
         let meshes = [
             shapes::torus(24, 36),
             shapes::bumpy_sphere(4, 3),
@@ -349,78 +278,88 @@ mod tests {
             shapes::torus_with_hole(20, 12),
             shapes::two_components(),
         ];
-        let mut slid = 0;
+        let mut gone = [0; 2];
         for (k, mesh) in (0..).zip(&meshes) {
             let table = table(mesh);
             for options in settings() {
-                for count in [2, 7] {
-                    let seams = cells(mesh, &table, count, 10 * k + u64::from(count));
-                    let (table, done) = run(mesh, &seams, &options);
-                    slid += check(&seams, &table, &done);
-                }
-                for one_in in [3, 30] {
-                    let seams = scattered(&table, one_in, k);
-                    let (table, done) = run(mesh, &seams, &options);
-                    slid += check(&seams, &table, &done);
+                let cells = [2, 60].map(|count| {
+                    let cells = cells(mesh, &table, count, 10 * k + u64::from(count));
+                    charts_of(&table, |t| cells[t.index()])
+                });
+                for values in cells.into_iter().chain([3, 30].map(|one_in| scattered(&table, one_in, k))) {
+                    let (table, done) = run(mesh, &values, &options);
+                    let [along, onto] = check(&values, &table, &done);
+                    gone = [gone[0] + along, gone[1] + onto];
                 }
             }
         }
-        assert!(slid > 1000, "{slid} vertices have gone from curves");
+        assert!(
+            gone.iter().all(|&gone| gone > 1000),
+            "{gone:?} vertices have gone along curves and onto others"
+        );
     }
 
-    /// Charts are whole as long as most of a level is free, and no longer: what stays is then as few as without charts.
+    /// Where every edge is a border, and where every triangle is of another kind.
     #[test]
-    fn charts_are_given_up_where_they_lock_most() {
+    fn charts_vanish_but_not_triangles_of_a_kind() {
+        for mesh in [shapes::strip(9), shapes::disc_with_ears(), shapes::torus(8, 6), shapes::sphere(2)] {
+            let table = table(&mesh);
+            let mut values = charts_of(&table, |t| t.0);
+            for options in settings() {
+                let (table, done) = run(&mesh, &values, &options);
+                check(&values, &table, &done);
+                let free = run(&mesh, &Values::default(), &options).1;
+                let [left, least, all] =
+                    [&done.base, &free.base, &table].map(|table| vertices(table).count());
+                assert!(left <= least + all / 4, "{left} of {all} are left, {least} without charts");
+            }
+            (0..).zip(&mut values.corners).for_each(|(t, corners)| corners[3] = t);
+            for options in settings() {
+                assert_eq!(run(&mesh, &values, &options).1.base, table);
+            }
+        }
+    }
+
+    /// Of each part there is something at every level.
+    #[test]
+    fn kinds_stay() {
+        for (mesh, seed) in
+            [shapes::torus(24, 36), shapes::bumpy_sphere(4, 3), shapes::grid(20, 30)].iter().zip(0..)
+        {
+            let table = table(mesh);
+            let cells = cells(mesh, &table, 12, seed);
+            let mut values = charts_of(&table, |t| cells[t.index()]);
+            values.corners.iter_mut().zip(cells).for_each(|(corners, cell)| corners[3] = cell);
+            for options in settings() {
+                let (table, done) = run(mesh, &values, &options);
+                let [along, onto] = check(&values, &table, &done);
+                assert!(along > 20 && onto > 2, "{along} {onto}");
+            }
+        }
+    }
+
+    /// Where corners are most of a level, or nothing else goes, charts are given up.
+    #[test]
+    fn charts_are_given_up_where_they_meet_everywhere() {
         let (mut kept, mut gone) = (0, 0);
         for mesh in [shapes::torus(24, 36), shapes::bumpy_sphere(4, 3), shapes::grid(20, 30)] {
             let table = table(&mesh);
             for options in [Options::default(), Options { method: Method::Ffc, ..Options::fine() }] {
                 let options = Options { base_vertices: Some(40), ..options };
-                for seams in
-                    [cells(&mesh, &table, 2, 5), cells(&mesh, &table, 60, 5), scattered(&table, 3, 5)]
-                {
-                    let features = Features { seams: seams.clone(), ..Features::default() };
+                let cells = [2, 60].map(|count| {
+                    let cells = cells(&mesh, &table, count, 5);
+                    charts_of(&table, |t| cells[t.index()])
+                });
+                for values in cells.into_iter().chain([scattered(&table, 3, 5)]) {
+                    let features = Features { values: values.clone(), ..Features::default() };
                     let (table, done) = run_with(&mesh, features, &options);
-                    check(&seams, &table, &done);
-                    let classes = classify(&table, &seams);
-                    let corners = classes.iter().filter(|&&class| class == VertexClass::Corner).count();
-                    // At each level with charts half of the vertices are free, but for the one that is given up.
-                    let mut level = table.clone();
-                    for j in 0..done.charts_to {
-                        assert!(2 * corners <= vertices(&level).count(), "{corners} corners at level {j}");
-                        done.history.undo_level(&mut level, j).unwrap();
-                    }
-                    let is_kept = done.charts_to == done.history.level_count();
-                    assert!(vertices(&done.base).count() <= 40.max(if is_kept { 2 * corners } else { 0 }));
-                    if is_kept { kept += 1 } else { gone += 1 }
+                    check(&values, &table, &done);
+                    assert!(vertices(&done.base).count() <= 40);
+                    if done.charts_to == done.history.level_count() { kept += 1 } else { gone += 1 }
                 }
             }
         }
         assert!(kept >= 4 && gone >= 4, "{kept} kept, {gone} given up");
-    }
-
-    /// Closed curves have no corner, but each keeps three vertices: where nothing else is left and more are to go, they are given up.
-    #[test]
-    fn charts_are_given_up_where_nothing_else_goes() {
-        let mesh = shapes::sphere(3);
-        let table = table(&mesh);
-        let zone = |t: Triangle| {
-            (table.triangle(t).map(|v| mesh.positions[v.index()][2]).iter().sum::<f64>() * 0.8).floor()
-        };
-        let seams = bits(&table, |c| zone(c.triangle()) != zone(table.opposite(c).triangle()));
-        let options = Options { base_vertices: Some(4), ..Options::default() };
-        let (_, done) = run_with(
-            &mesh,
-            Features { seams: seams.clone(), binding: true, ..Features::default() },
-            &options,
-        );
-        let left = vertices(&done.base).count();
-        assert!(left >= 6 && done.charts_to == done.history.level_count(), "{left}");
-        let (table, done) =
-            run_with(&mesh, Features { seams: seams.clone(), ..Features::default() }, &options);
-        check(&seams, &table, &done);
-        assert_eq!(vertices(&done.base).count(), 4);
-        assert!(done.charts_to > 0 && done.charts_to < done.history.level_count());
     }
 
     /// Where charts of two kinds are given up, those that must stay do.
@@ -429,13 +368,26 @@ mod tests {
         for mesh in [shapes::torus(24, 36), shapes::bumpy_sphere(4, 3), shapes::grid(20, 30)] {
             let table = table(&mesh);
             for options in settings() {
-                let kept = cells(&mesh, &table, 3, 5);
-                let seams = kept.clone() | scattered(&table, 3, 5);
-                let all = classify(&table, &seams).iter().filter(|&&c| c == VertexClass::Corner).count();
-                let features = Features { seams: seams.clone(), kept: kept.clone(), ..Features::default() };
+                let cells = cells(&mesh, &table, 3, 5);
+                let kept = charts_of(&table, |t| cells[t.index()]);
+                let others = scattered(&table, 3, 5);
+                // Rows of both.
+                let mut rows = HashMap::new();
+                let mut values = Values { corners: kept.corners.clone(), ..Values::default() };
+                for (corners, of) in values.corners.iter_mut().zip(&others.corners) {
+                    for (row, &other) in corners[..3].iter_mut().zip(of) {
+                        let next = rows.len() as u32;
+                        let pair = (*row, other);
+                        *row = *rows.entry(pair).or_insert(next);
+                        if *row == next {
+                            values.charts.push([next, pair.0]);
+                        }
+                    }
+                }
+                let features = Features { values: values.clone(), ..Features::default() };
                 let (_, mut done) = run_with(&mesh, features, &options);
-                assert!(done.charts_to < done.history.level_count() && vertices(&done.base).count() < all);
-                check(&seams, &table, &done);
+                assert!(done.charts_to < done.history.level_count());
+                check(&values, &table, &done);
                 // All of its levels have those.
                 done.charts_to = done.history.level_count();
                 check(&kept, &table, &done);
@@ -443,66 +395,7 @@ mod tests {
         }
     }
 
-    /// The base of a mesh, no vertex of which need stay for its number.
-    fn base(mesh: &IndexedMesh, seams: &BitVec) -> CornerTable {
-        run(mesh, seams, &Options { base_vertices: Some(0), ..Options::default() }).1.base
-    }
-
-    /// Where every edge is a seam, every triangle is a chart, and the base is the mesh.
-    #[test]
-    fn where_every_edge_is_a_seam_all_stays() {
-        // Vertices of all kinds: of three triangles, of two at the boundary, and of one, an ear.
-        for mesh in [shapes::tetrahedron(), shapes::strip(9), shapes::disc_with_ears(), shapes::torus(8, 6)] {
-            let seams = bits(&table(&mesh), |_| true);
-            for options in settings() {
-                let (table, done) = run(&mesh, &seams, &options);
-                assert_eq!(done.base, table);
-            }
-        }
-    }
-
-    /// The equator of a sphere is a loop without a corner: three of its vertices stay, and a triangle on either side.
-    #[test]
-    fn a_closed_curve_keeps_three_vertices() {
-        let mesh = shapes::sphere(3);
-        let table = table(&mesh);
-        let north =
-            |t: Triangle| table.triangle(t).iter().map(|v| mesh.positions[v.index()][2]).sum::<f64>() > 0.0;
-        let seams = bits(&table, |c| north(c.triangle()) != north(table.opposite(c).triangle()));
-        assert!(seams.count_ones() > 60);
-        let (table, done) = run(&mesh, &seams, &Options { base_vertices: Some(0), ..Options::default() });
-        let on_curve = seams.count_ones() / 2;
-        let gone = check(&seams, &table, &done);
-        assert!(gone <= on_curve - 3 && gone >= on_curve - 6, "{gone} of {on_curve}");
-    }
-
-    /// A seam along the middle of a sheet ends inside it, or at its boundary: its ends stay, and what is between goes.
-    #[test]
-    fn ends_stay_wherever_they_are() {
-        let mesh = shapes::grid(16, 8);
-        let table = table(&mesh);
-        let middle = |i: u32| Vertex(4 * 17 + i);
-        for (from, to) in [(0, 16), (0, 10), (5, 10)] {
-            let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
-            (from..to).for_each(|i| seams.set(table.find_edge(middle(i), middle(i + 1)).index(), true));
-            let base = base(&mesh, &seams);
-            assert!(base.has_edge(middle(from), middle(to)), "{from} to {to}");
-        }
-    }
-
-    /// A corner of a sheet has one triangle, behind a seam: without the seam it goes.
-    #[test]
-    fn an_ear_behind_a_seam_stays() {
-        let mesh = shapes::grid(6, 6);
-        let table = table(&mesh);
-        let ear = (0..49).map(Vertex).find(|&v| table.valence(v) == 2).unwrap();
-        assert!(base(&mesh, &BitVec::new()).corner_of(ear).is_none());
-        let mut seams: BitVec = BitVec::repeat(false, 4 * table.slots());
-        seams.set(table.corner_of(ear).index(), true);
-        assert!(base(&mesh, &seams).corner_of(ear).is_some());
-    }
-
-    /// On a plane everything goes for nothing but a seam's bends: it stays as near as the bends that are left allow.
+    /// On a plane everything goes for nothing but a border's bends: it stays as near as the bends that are left allow.
     #[test]
     fn a_curve_stays_where_it_is() {
         // A square of two charts, whose border is a circle.
@@ -512,44 +405,30 @@ mod tests {
         let inside = |t: Triangle| {
             let sum = table.triangle(t).map(|v| mesh.positions[v.index()]);
             let middle = [0, 1].map(|k| sum.iter().map(|p| p[k]).sum::<f64>() / 3.0 - 20.0);
-            middle[0].hypot(middle[1]) < 14.0
+            u32::from(middle[0].hypot(middle[1]) < 14.0)
         };
-        let seams = bits(&table, |c| inside(c.triangle()) != inside(table.opposite(c).triangle()));
-        let area = |table: &CornerTable, seams: &BTreeSet<_>| {
-            let (of, count) = charts(table, seams);
-            assert_eq!(count, 2);
-            let mut areas = [0.0; 2];
-            for t in table.triangles() {
+        let mut values = charts_of(&table, inside);
+        table.triangles().for_each(|t| values.corners[t.index()][3] = inside(t));
+        let area = |table: &CornerTable, labels: &Labels| {
+            let of = |t: Triangle| {
                 let [a, b, c] = table.triangle(t).map(|v| mesh.positions[v.index()]);
-                areas[of[t.index()]] += 0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]));
-            }
-            areas[0].min(areas[1])
+                0.5 * ((b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0]))
+            };
+            table.triangles().filter(|&t| labels.of_triangle(t) == 1).map(of).sum::<f64>()
         };
-        let before = edges(&table, &seams);
-        let (table, done) = run(&mesh, &seams, &Options { base_vertices: Some(80), ..Options::default() });
-        let mut after = before.clone();
-        let mut level = table.clone();
+        let (mut level, done) =
+            run(&mesh, &values, &Options { base_vertices: Some(80), ..Options::default() });
+        let (mut labels, mut ring) = (Labels::new(values.corners.clone()), Ring::default());
+        let before = area(&level, &labels);
+        let mut slid = done.slid.iter().peekable();
         for operation in done.history.operations() {
-            let v = operation.vertex;
-            let at: Vec<_> = level.link(v).into_iter().filter(|&w| after.contains(&edge(v, w))).collect();
-            if let [a, b] = at[..] {
-                after.retain(|&(x, y)| x != v && y != v);
-                after.insert(edge(a, b));
-            }
+            labels.ring(&level, operation.vertex, operation.site, &mut ring);
+            let moved = slid.next_if(|slid| slid.vertex == operation.vertex);
+            let parting = moved.map_or_else(|| ring.parting(operation.site), |moved| ring.parting_of(moved));
             operation.undo(&mut level, done.history.flips(operation)).unwrap();
+            labels.settle(&level, &ring, operation.site, parting, |_, _| false);
         }
-        let (before_area, after_area) = (area(&table, &before), area(&level, &after));
-        assert!((after_area / before_area - 1.0).abs() < 0.02, "{after_area} for {before_area}");
-    }
-
-    #[test]
-    fn seams_are_those_of_the_table() {
-        let mesh = shapes::torus(5, 4);
-        let table = table(&mesh);
-        let of = |seams| Seams::new(&table, seams, BitVec::new());
-        assert!(of(BitVec::new()).unwrap().is_none());
-        assert!(of(BitVec::repeat(false, 4 * table.slots())).unwrap().is_none());
-        assert!(of(BitVec::repeat(true, 4 * table.slots())).unwrap().is_some());
-        assert!(matches!(of(BitVec::repeat(true, 3 * table.slots())), Err(Error::Parameter(_))));
+        let after = area(&level, &labels);
+        assert!((after / before - 1.0).abs() < 0.02, "{after} for {before}");
     }
 }

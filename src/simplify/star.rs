@@ -2,6 +2,7 @@
 
 use super::polygon::{FEW_ROW, FEW_SIDES, MAX_SIDES, ROW, Solved, four};
 use crate::mesh::Vertex;
+use crate::refine::labels::Parting;
 use glam::{DVec3, Vec3, Vec4};
 
 /// The link of a vertex, counter-clockwise, seen from the vertex and measured in mean edges: so binary32 is enough.
@@ -17,6 +18,8 @@ pub struct Star {
     /// The places i < j of the link vertices that the vertex lies between on a curve, if it does: then the edge between these is to be
     /// made, and none across.
     pub curve: Option<(usize, usize)>,
+    /// How it is parted where the vertex goes onto one of its link, if it does: then the edges from there to the borders are to be made.
+    pub slide: Option<Parting>,
     /// Mean length of the edges at the vertex, above 0.
     pub mean_edge: f64,
     /// Area of the star, in squared mean edges.
@@ -61,7 +64,7 @@ impl Star {
             area += 0.5 * length;
             normals[i] = if length > 0.0 { cross / length } else { Vec3::ZERO };
         }
-        Some(Self { sides, ring, points, normals, boundary, curve: None, mean_edge, area })
+        Some(Self { sides, ring, points, normals, boundary, curve: None, slide: None, mean_edge, area })
     }
 
     /// The link, counter-clockwise.
@@ -76,9 +79,22 @@ impl Star {
         self.points[i]
     }
 
-    /// Whether a diagonal i < j would lead from one side of the vertex's curve to the other.
+    /// How the star is parted where `edge`, two places on the link, is left of it, or a face.
+    pub fn parting(&self, edge: Option<(usize, usize)>) -> Parting {
+        let triangles = self.normals().len();
+        match (self.slide, edge) {
+            (Some(parting), _) => parting,
+            (None, Some((a, b))) if !self.boundary => Parting::onto(triangles, false, a, 1 << a | 1 << b),
+            _ => Parting::none(triangles, self.boundary),
+        }
+    }
+
+    /// Whether a diagonal i < j would lead from one side of the vertex's curve, or from one part, to another.
     #[inline]
     pub fn is_across(&self, i: usize, j: usize) -> bool {
+        if let Some(parting) = &self.slide {
+            return parting.crosses(i, j);
+        }
         self.curve.is_some_and(|(a, b)| {
             let between = |k: usize| a < k && k < b;
             let beyond = |k: usize| k < a || b < k;

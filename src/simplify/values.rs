@@ -9,13 +9,15 @@ use super::polygon::MAX_SIDES;
 use super::star::Star;
 use crate::error::{Error, Result};
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
+use crate::refine::labels::{Parting, Slid, Taken};
 use crate::refine::{Labels, Ring, Site};
 use glam::Vec3;
 
 /// Numbers at the corners of a mesh.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Values {
-    /// For each triangle slot and place the row of numbers of the corner; the fourth has no meaning. Empty where there are no numbers.
+    /// For each triangle slot and place the row of numbers of the corner; the fourth tells triangles apart that never take each other's
+    /// place. Empty where there is nothing to tell.
     pub corners: Vec<[u32; 4]>,
     /// Numbers a row.
     pub width: usize,
@@ -26,6 +28,9 @@ pub struct Values {
     pub of_charts: usize,
     /// Where in a row the three numbers of a normal begin, of any length.
     pub normals: Vec<usize>,
+    /// For each row what it is in charts, and in those that are kept at all levels: these meet where corners at one vertex differ. Empty
+    /// where none meet.
+    pub charts: Vec<[u32; 2]>,
 }
 
 /// The values of a mesh that loses its vertices.
@@ -33,6 +38,8 @@ pub struct Values {
 pub struct Corners {
     labels: Labels,
     values: Values,
+    /// Which of the charts are kept.
+    kept: usize,
     /// The star read last, and the areas of its triangles.
     ring: Ring,
     areas: Vec<f32>,
@@ -46,6 +53,8 @@ pub struct Around {
     /// The areas of the triangles, in squared mean edges.
     areas: [f32; MAX_SIDES],
     count: usize,
+    /// What tells the triangles apart.
+    kinds: [u32; MAX_SIDES],
     /// Whether all corners at a vertex, of the star's, have one row.
     is_whole: bool,
     /// The sum of the triangles' normals, twice as long as they are large.
@@ -58,22 +67,23 @@ impl Corners {
     /// # Errors
     /// [`Error::Parameter`] where they are not of this table.
     pub fn new(table: &CornerTable, mut values: Values) -> Result<Option<Self>> {
-        if values.corners.is_empty() || values.width == 0 {
+        if values.corners.is_empty() || (values.width == 0 && values.charts.is_empty()) {
             return Ok(None);
         }
-        let count = values.rows.len() / values.width;
+        let count = values.rows.len().checked_div(values.width).unwrap_or(values.charts.len());
         let is_row = |c: Corner| {
             values.corners.get(c.triangle().index()).is_some_and(|rows| (rows[c.place()] as usize) < count)
         };
         let fit = values.corners.len() == table.slots()
             && table.triangles().flat_map(|t| t.corners()).all(is_row)
             && values.of_charts <= values.width
+            && (values.charts.is_empty() || values.charts.len() == count)
             && values.normals.iter().all(|&at| at + 3 <= values.width);
         if !fit {
             return Err(Error::Parameter("values that are not of this mesh".to_owned()));
         }
         let labels = Labels::new(std::mem::take(&mut values.corners));
-        Ok(Some(Self { labels, values, ring: Ring::default(), areas: Vec::new() }))
+        Ok(Some(Self { labels, values, kept: 0, ring: Ring::default(), areas: Vec::new() }))
     }
 
     /// Whether not all corners are worth the same.
@@ -81,10 +91,16 @@ impl Corners {
         self.values.rows.len() > self.values.width
     }
 
-    /// Charts are given up: what belongs to them has no price any more.
+    /// Whether there are charts that meet.
+    pub fn have_charts(&self) -> bool {
+        !self.values.charts.is_empty()
+    }
+
+    /// Charts are given up but for those that are kept at all levels: what belongs to them has no price any more.
     pub fn drop_charts(&mut self) {
+        self.kept = 1;
         let Values { width, rows, of_charts, normals, .. } = &mut self.values;
-        rows.chunks_exact_mut(*width).for_each(|row| row[..*of_charts].fill(0.0));
+        rows.chunks_exact_mut((*width).max(1)).for_each(|row| row[..*of_charts].fill(0.0));
         normals.retain(|&at| at >= *of_charts);
     }
 
@@ -93,18 +109,59 @@ impl Corners {
         self.labels.compact(there);
     }
 
+    /// Whether charts meet at a vertex in another way than along a curve through it, those but that are given up; and so of those that are
+    /// kept at all levels.
+    pub fn are_corners(&self, table: &CornerTable, v: Vertex) -> [bool; 2] {
+        if !self.have_charts() {
+            return [false; 2];
+        }
+        let is_boundary = table.is_boundary(v);
+        [self.kept, 1].map(|kept| {
+            let is_border = |c: &Corner| {
+                let o = table.opposite(c.prev());
+                let ends = [(*c, o.prev()), (c.next(), o.next())];
+                let of = |c: Corner| self.values.charts[self.labels.of(c) as usize][kept];
+                o.is_some() && ends.iter().any(|&(x, y)| of(x) != of(y))
+            };
+            let borders = table.fan(v).filter(is_border).count();
+            borders > 0 && (is_boundary || borders != 2)
+        })
+    }
+
+    /// The places on the link of a star that borders of charts lead to, a bit each.
+    pub fn borders(&self, star: &Star, around: &Around) -> u64 {
+        if around.is_whole || !self.have_charts() {
+            return 0;
+        }
+        let of = |row: u32| self.values.charts[row as usize][self.kept];
+        let is_border = |&i: &usize| {
+            let (x, y) = (&around.rows[(i + around.count - 1) % around.count], &around.rows[i]);
+            of(x[0]) != of(y[0]) || of(x[2]) != of(y[1])
+        };
+        (usize::from(star.boundary)..around.count).filter(is_border).map(|i| 1 << i).sum()
+    }
+
+    /// Whether the only triangle of a star may go, the one behind it staying.
+    pub fn may_shed(&self, table: &CornerTable, ear: Corner) -> bool {
+        let behind = table.opposite(ear);
+        let kind = |c: Corner| self.labels.of_triangle(c.triangle());
+        behind.is_none() || kind(ear) == kind(behind)
+    }
+
     /// The rows round `v`, whose star this is.
     pub fn around(&self, table: &CornerTable, v: Vertex, star: &Star) -> Around {
         let mut around = Around {
             rows: [[0; 3]; MAX_SIDES],
             areas: [0.0; MAX_SIDES],
             count: star.normals().len(),
+            kinds: [0; MAX_SIDES],
             is_whole: true,
             up: Vec3::ZERO,
         };
         let sides = star.ring().len();
         for (i, c) in table.fan(v).enumerate().take(MAX_SIDES) {
             around.rows[i] = [c, c.next(), c.prev()].map(|c| self.labels.of(c));
+            around.kinds[i] = self.labels.of_triangle(c.triangle());
             let next = if i + 1 < sides { i + 1 } else { 0 };
             let twice = star.point(i).cross(star.point(next));
             around.areas[i] = 0.5 * twice.length();
@@ -116,20 +173,26 @@ impl Corners {
         around
     }
 
-    /// Reads the star of a vertex that is about to go, `star`, and was inserted at `site`.
-    pub fn read(&mut self, table: &CornerTable, v: Vertex, site: Site, star: &Star) {
+    /// Reads the star of a vertex that is about to go, `star`, and was inserted at `site`. Told is whether it goes onto another one.
+    pub fn read(&mut self, table: &CornerTable, v: Vertex, site: Site, star: &Star) -> Option<Slid> {
         self.labels.ring(table, v, site, &mut self.ring);
         let around = self.around(table, v, star);
         let first = self.ring.corners.first().copied().unwrap_or(Corner::NONE);
         let offset = table.fan(v).position(|c| c == first).unwrap_or(0);
         self.areas.clear();
         self.areas.extend((0..around.count).map(|i| around.areas[(i + offset) % around.count]));
+        star.slide.map(|parting| Slid {
+            vertex: v,
+            onto: star.ring()[parting.target()],
+            borders: parting.seen_from(offset).borders(),
+        })
     }
 
     /// It has gone.
-    pub fn settle(&mut self, table: &CornerTable, site: Site) {
+    pub fn settle(&mut self, table: &CornerTable, site: Site, slid: Option<&Slid>) {
         let Self { labels, ring, areas, .. } = self;
-        labels.settle(table, ring, site, |before, behind| areas[behind] > areas[before]);
+        let parting = slid.map_or_else(|| ring.parting(site), |slid| ring.parting_of(slid));
+        labels.settle(table, ring, site, parting, |before, behind| areas[behind] > areas[before]);
     }
 
     /// What of the values is lost in all where `triangles` take the place of a star and `edge`, two places on the link, is left of it: area
@@ -142,8 +205,8 @@ impl Corners {
         edge: Option<(usize, usize)>,
     ) -> f64 {
         let unit = star.mean_edge * star.mean_edge;
-        let split = Split::new(star, edge);
-        let turned = self.turned(star, around, triangles.clone(), split);
+        let split = star.parting(edge);
+        let turned = self.turned(star, around, triangles.clone(), &split);
         if around.is_whole {
             let row = around.rows[0][0];
             let rows = |i: usize| around.rows[i.min(around.count - 1)][usize::from(i >= around.count) + 1];
@@ -152,12 +215,16 @@ impl Corners {
             return unit * (f64::from(star.area) * apart + turned);
         }
         let mut sum = turned;
-        for side in split.sides() {
-            let of_side = triangles.clone().filter(|t| split.has(side, *t));
-            let foot = foot(star, of_side).map(|(i, weight)| (around.row(split, side, i), weight));
+        for side in 0..split.count() {
+            let of_side = triangles.clone().filter(|t| split.part_of(*t) == side);
+            if of_side.clone().next().is_none() {
+                sum += self.lost(star, around, &split, side);
+                continue;
+            }
+            let foot = foot(star, of_side).map(|(i, weight)| (around.row(&split, side, i), weight));
             // Neighbouring triangles mostly have one row.
             let mut last = None;
-            for i in (0..around.count).filter(|&i| split.side(i) == side) {
+            for i in split.triangles_of(side) {
                 let row = around.rows[i][0];
                 let (_, apart) = match last {
                     Some((known, apart)) if known == row => (known, apart),
@@ -168,7 +235,7 @@ impl Corners {
             }
         }
         // What parts at a vertex of the link and is left on one of both sides only.
-        for i in (0..star.ring().len()).filter(|&i| split.is_inner(star, i)) {
+        for i in (0..star.ring().len()).filter(|&i| split.is_inner(i)) {
             let [x, y] = around.both(i);
             if x != y {
                 let behind = i % around.count;
@@ -178,6 +245,26 @@ impl Corners {
             }
         }
         unit * sum
+    }
+
+    /// What is lost with the only triangle of a part: what is seen there now has come as far as the vertex has gone, or to the edge at which
+    /// the triangle lay.
+    fn lost(&self, star: &Star, around: &Around, split: &Parting, part: usize) -> f64 {
+        let Some(i) = split.triangles_of(part).next() else { return 0.0 };
+        let ends = [i, (i + 1) % star.ring().len()];
+        let off = if split.count() == 2 && !star.boundary {
+            star.foot([[ends[0], ends[0], ends[1]]].into_iter())
+        } else {
+            star.point(split.target())
+        };
+        let far = f64::from(off.length_squared()) * star.mean_edge * star.mean_edge;
+        let beside = around.rows[split.triangles_of(split.carried(i)).next().unwrap_or(i)][0];
+        let (own, beside) = (self.row(around.rows[i][0]), self.row(beside));
+        let of_charts = self.values.of_charts;
+        let apart =
+            |(x, y): (&f32, &f32)| if (x - y).is_finite() { f64::from((x - y) * (x - y)) } else { 0.0 };
+        let soft: f64 = own[of_charts..].iter().zip(&beside[of_charts..]).map(apart).sum();
+        f64::from(around.areas[i]) * (LOST * far + soft)
     }
 
     /// What of the values is lost where an edge from one place on the link to another takes the place of the spokes that it crosses: half the
@@ -239,7 +326,7 @@ impl Corners {
         star: &Star,
         around: &Around,
         triangles: impl Iterator<Item = [usize; 3]>,
-        split: Split,
+        split: &Parting,
     ) -> f64 {
         if self.values.normals.is_empty() {
             return 0.0;
@@ -253,7 +340,7 @@ impl Corners {
         let mut sum = 0.0;
         for t in triangles {
             let [a, b, c] = t.map(|i| star.point(i));
-            let (normal, side) = ((b - a).cross(c - a), split.side_of(t));
+            let (normal, side) = ((b - a).cross(c - a), split.part_of(t));
             let corners = t.into_iter().map(|i| off(normal, around.row(split, side, i))).sum::<f32>();
             sum += f64::from(normal.length() * corners) / 6.0;
         }
@@ -311,71 +398,22 @@ impl Around {
         }
     }
 
-    /// The row that the corners at a vertex of the link have on a side of the edge that is left, as [`Labels::settle`] has it.
-    fn row(&self, split: Split, side: usize, i: usize) -> u32 {
-        let [x, y] = self.both(i);
-        let takes_second = match split {
-            Split::Open(_) if i == 0 => true,
-            Split::Open(last) if i == last => false,
-            Split::Edge(a, _) if i == a => side == 0,
-            Split::Edge(_, b) if i == b => side == 1,
-            _ => self.areas[i % self.count] > self.areas[(i + self.count - 1) % self.count],
-        };
-        if takes_second { y } else { x }
-    }
-}
-
-/// How an edge parts a star.
-#[derive(Clone, Copy, Debug)]
-enum Split {
-    /// Not at all: a face takes its place.
-    None,
-    /// A star at the boundary, which has one side; the last place on its link.
-    Open(usize),
-    /// Side 0 goes from the first place to the second, side 1 on from there.
-    Edge(usize, usize),
-}
-
-impl Split {
-    fn new(star: &Star, edge: Option<(usize, usize)>) -> Self {
-        match edge {
-            _ if star.boundary => Self::Open(star.ring().len() - 1),
-            Some((a, b)) => Self::Edge(a.min(b), a.max(b)),
-            None => Self::None,
+    /// The row that the corners at a vertex of the link have in a part, as [`Labels::settle`] has it.
+    fn row(&self, split: &Parting, part: usize, i: usize) -> u32 {
+        let larger = |x: usize, y: usize| self.areas[y] > self.areas[x];
+        match split.taken(part, i) {
+            Taken::Before(x) => self.rows[x][2],
+            Taken::Behind(y) => self.rows[y][1],
+            Taken::Either(x, y) if larger(x, y) => self.rows[y][1],
+            Taken::Either(x, _) => self.rows[x][2],
+            Taken::Own => self.rows[split.largest(part, larger)][0],
         }
     }
 
-    fn sides(self) -> std::ops::Range<usize> {
-        if matches!(self, Self::Edge(..)) { 0..2 } else { 0..1 }
-    }
-
-    /// The side that a triangle of the star is on.
-    fn side(self, i: usize) -> usize {
-        match self {
-            Self::Edge(a, b) => usize::from(i < a || b <= i),
-            _ => 0,
-        }
-    }
-
-    /// The side that a new triangle is on.
-    fn side_of(self, triangle: [usize; 3]) -> usize {
-        usize::from(!self.has(0, triangle))
-    }
-
-    fn has(self, side: usize, triangle: [usize; 3]) -> bool {
-        match self {
-            Self::Edge(a, b) => (side == 0) == triangle.iter().all(|i| (a..=b).contains(i)),
-            _ => true,
-        }
-    }
-
-    /// Whether all new corners at a vertex of the link are on one side.
-    fn is_inner(self, star: &Star, i: usize) -> bool {
-        match self {
-            Self::None => true,
-            Self::Open(last) => i > 0 && i < last && star.ring().len() > 2,
-            Self::Edge(a, b) => i != a && i != b,
-        }
+    /// Whether each triangle may be one of the part that takes its place.
+    pub fn fits(&self, split: &Parting) -> bool {
+        let of_part = |part: usize| split.triangles_of(part).next().map(|i| self.kinds[i]);
+        (0..self.count).all(|i| !split.is_lost(i) || of_part(split.carried(i)) == Some(self.kinds[i]))
     }
 }
 
@@ -416,6 +454,9 @@ fn weights([a, b, c]: [Vec3; 3], p: Vec3) -> [f32; 3] {
     (weights[from], weights[to]) = (1.0 - t, t);
     weights
 }
+
+/// What the loss of a chart's last triangle at a vertex weighs beside texture that slips as far.
+const LOST: f64 = 1.0;
 
 /// The cosine of the angle, 30 degrees, from which on normals stand for an edge of the surface and not for a bend that few triangles
 /// follow: a circle of them is of more than twelve sides.
@@ -609,8 +650,14 @@ mod tests {
         let table = table(&mesh);
         let price = |z: f32, triangles: [[usize; 3]; 4]| {
             let corners = vec![[0; 4]; table.slots()];
-            let values =
-                Values { corners, width: 3, rows: vec![0.0, 0.0, z], of_charts: 0, normals: vec![0] };
+            let values = Values {
+                corners,
+                width: 3,
+                rows: vec![0.0, 0.0, z],
+                of_charts: 0,
+                normals: vec![0],
+                charts: Vec::new(),
+            };
             let corners = Corners::new(&table, values).unwrap().unwrap();
             let around = corners.around(&table, Vertex(6), &star);
             corners.price(&star, &around, triangles.into_iter(), Some((0, 3)))
@@ -650,6 +697,7 @@ mod tests {
                     let mut after = Corners {
                         labels: corners.labels.clone(),
                         values: corners.values.clone(),
+                        kept: 0,
                         ring: Ring::default(),
                         areas: Vec::new(),
                     };
@@ -657,15 +705,15 @@ mod tests {
                     if operation.undo(&mut coarse, &flips).is_err() {
                         continue;
                     }
-                    after.settle(&coarse, site);
+                    after.settle(&coarse, site, None);
                     let around = corners.around(&table, v, &star);
-                    let split = Split::new(&star, Some(edge));
+                    let split = star.parting(Some(edge));
                     for t in best.triangles.iter() {
                         let c = coarse.find_directed_edge(star.ring()[t[0]], star.ring()[t[1]]);
                         let places = [(t[0], c.next()), (t[1], c.prev()), (t[2], c)];
                         for (i, c) in places {
                             assert_eq!(coarse.vertex(c), star.ring()[i]);
-                            assert_eq!(after.labels.of(c), around.row(split, split.side_of(t), i));
+                            assert_eq!(after.labels.of(c), around.row(&split, split.part_of(t), i));
                             seen += 1;
                         }
                     }

@@ -22,7 +22,7 @@ pub struct Options {
     /// How far coarse levels are lifted towards the vertices that they lack (spec §5.4.5): by which part of such a vertex's height the ends
     /// of its edge follow it, in 64ths. 0 for not at all, so that coarse levels have vertices of the input alone; at most
     /// [`MAX_LIFTING`](crate::limits::MAX_LIFTING). Level 0 is the same. Where not given, 18, or 13 where the first level follows the rows of a
-    /// regular sampling or corners have values.
+    /// regular sampling or corners have values that vary.
     pub lifting: Option<u8>,
     /// Whether boundary vertices stay.
     pub lock_boundary: bool,
@@ -106,7 +106,7 @@ pub const FEW: usize = 4096;
 
 /// More than a quarter: levels are nearer to the input by 2 to 4 % than at a fifth, and places cost 0.3 % more.
 pub(super) const LIFTING: u8 = 18;
-/// A fifth: what is lifted off a row is no longer told by it, which costs 2 to 3 % at more than a quarter. Where corners have values, more
+/// A fifth: what is lifted off a row is no longer told by it, which costs 2 to 3 % at more than a quarter. Where values vary at corners, more
 /// has not been found to pay.
 pub(super) const LIFTING_OF_ROWS: u8 = 13;
 

@@ -1,7 +1,8 @@
 //! Whether an edge may be contracted, and where its vertex goes.
 //!
 //! The link condition (Dey, Edelsbrunner, Guha, Nekhayev 1999) keeps the topology; the exception that shuts holes of three edges, and the
-//! ball within which the optimum must lie, are of Chen, Fahn, Tsai, Chen, Lin (2006).
+//! ball within which the optimum must lie, are of Chen, Fahn, Tsai, Chen, Lin (2006); that the optimum keeps the volume is of Lindstrom and
+//! Turk (1998), who do not remember the input's planes either.
 
 use super::quadric::{Form, Quadric};
 use super::star::{Star, Wing};
@@ -37,7 +38,10 @@ pub(super) enum Placement {
     Optimum,
     /// To the optimum, if it is within the ball over the edge, or else to the target (2006).
     Ball,
-    /// To the optimum within that ball, or else to the best of source, target and their middle that turns no triangle over.
+    /// To the optimum among the places that keep the volume (Lindstrom and Turk 1998), within that ball, or else to the best of source,
+    /// target and their middle that turns no triangle over.
+    ///
+    /// Without it every pass pushes what is curved outwards, to where the planes of its triangles meet, and no later one knows of it.
     Best,
 }
 
@@ -181,18 +185,37 @@ impl Pair {
     /// Whether both ends are so near to the triangles with the vertex there. Planes do not tell: those of a spike all go along it, so that
     /// its tip may go far down at next to no cost.
     fn is_near(&self, at: DVec3, reach: f64) -> bool {
-        reach.is_infinite()
-            || [DVec3::ZERO, self.target.at].into_iter().all(|end| {
-                let to = |wing: &Wing| point_triangle_distance_squared(end, at, wing.at_a, wing.at_b);
-                end.distance_squared(at) <= reach
-                    || self.moved().chain(self.beside()).any(|wing| to(wing) <= reach)
-            })
+        let near =
+            |end: DVec3, wing: &Wing| point_triangle_distance_squared(end, at, wing.at_a, wing.at_b) <= reach;
+        let [source, target] = [DVec3::ZERO, self.target.at];
+        // Mostly an end is near to what its own triangles become.
+        let is_near_source = || {
+            source.distance_squared(at) <= reach
+                || self.moved().any(|wing| near(source, wing))
+                || self.beside().any(|wing| near(source, wing))
+        };
+        let is_near_target = || {
+            target.distance_squared(at) <= reach
+                || self.beside().any(|wing| near(target, wing))
+                || self.moved().any(|wing| near(target, wing))
+        };
+        reach.is_infinite() || is_near_source() && is_near_target()
+    }
+
+    /// The plane of the places where the vertex leaves the volume within the surface as it is: a normal, and its product with each of them.
+    ///
+    /// Six times the tetrahedron of a triangle and the vertex is the product of the triangle's cross with the way there from one of its
+    /// corners; that of the source's triangles is the origin.
+    fn volume(&self) -> (DVec3, f64) {
+        let beside: DVec3 = self.beside().map(|wing| wing.cross).sum();
+        let around: DVec3 = self.source.wings.iter().map(|wing| wing.cross).sum();
+        (around + beside, beside.dot(self.target.at))
     }
 
     /// The place of the vertex, relative to the origin of both stars, which is where the source is; `None` where there is none. `extra` is
     /// what the place costs beside the planes.
     ///
-    /// At the optimum the planes of both cost no more than those of the source do at the target. The limits are for [`Placement::Best`].
+    /// The limits are for [`Placement::Best`].
     pub(super) fn place(
         &self,
         forms: [Form; 2],
@@ -210,7 +233,14 @@ impl Pair {
         let mut sum = *extra;
         sum += Quadric::through(source_form, DVec3::ZERO);
         sum += Quadric::through(target_form, target);
-        let optimum = sum.optimum(DVec3::ZERO, SINGULAR).filter(|at| at.is_finite());
+        let optimum = match rules.placement {
+            Placement::Best => {
+                let (slope, level) = self.volume();
+                sum.optimum_where(slope, level, SINGULAR)
+            }
+            Placement::Optimum | Placement::Ball => sum.optimum(DVec3::ZERO, SINGULAR),
+        };
+        let optimum = optimum.filter(|at| at.is_finite());
         // By Thales: both ends are seen at an obtuse angle.
         let within = |at: &DVec3| at.dot(*at - target) < 0.0;
         match rules.placement {
@@ -238,6 +268,7 @@ pub(super) const SINGULAR: f64 = 1e-6;
 mod tests {
     use super::*;
     use crate::mesh::{IndexedMesh, shapes};
+    use crate::reduce::quadric::Weights;
 
     fn pair(mesh: &IndexedMesh, source: u32, target: u32) -> Pair {
         let mut pair = Pair::default();
@@ -305,6 +336,31 @@ mod tests {
     }
 
     #[test]
+    fn the_best_place_keeps_the_volume() {
+        let mesh = shapes::bumpy_sphere(3, 4);
+        let volume = |mesh: &IndexedMesh| -> f64 {
+            let of = |t: &[u32; 3]| {
+                let [a, b, c] = t.map(|v| DVec3::from(mesh.positions[v as usize]));
+                a.cross(b).dot(c) / 6.0
+            };
+            mesh.triangles.iter().map(of).sum()
+        };
+        let [source, target] = [mesh.triangles[100][0], mesh.triangles[100][1]];
+        let pair = pair(&mesh, source, target);
+        let forms = [&pair.source, &pair.target].map(|star| star.form(Weights::Area, true));
+        let after = |placement| {
+            let rules = Rules { topology: None, normals: true, placement };
+            let place = pair.place(forms, &Quadric::default(), false, &rules, Limits::NONE).unwrap();
+            let at = (place + DVec3::from(mesh.positions[source as usize])).to_array();
+            let mut moved = mesh.clone();
+            [source, target].into_iter().for_each(|v| moved.positions[v as usize] = at);
+            volume(&moved) - volume(&mesh)
+        };
+        let (best, ball) = (after(Placement::Best), after(Placement::Ball));
+        assert!(best.abs() < 1e-12 && ball.abs() > 1e-7, "{best} {ball}");
+    }
+
+    #[test]
     fn the_places() {
         let mesh = shapes::disc_with_ears();
         let pair = pair(&mesh, 0, 1);
@@ -316,11 +372,14 @@ mod tests {
         };
         let all = planes(&[DVec3::X, DVec3::Y, DVec3::Z]);
         let places = [Placement::Optimum, Placement::Ball, Placement::Best];
-        // Equal forms: the middle.
-        for placement in places {
+        // Equal forms, round in all directions: the middle, or what of the plane that keeps the volume is nearest to it.
+        let middle = pair.target.at / 2.0;
+        let (slope, level) = pair.volume();
+        let nearest = middle + slope * ((level - slope.dot(middle)) / slope.length_squared());
+        for (placement, expected) in places.into_iter().zip([middle, middle, nearest]) {
             let place =
                 pair.place([all; 2], &Quadric::default(), false, &rules(placement), Limits::NONE).unwrap();
-            assert!((place - pair.target.at / 2.0).length() < 1e-12);
+            assert!((place - expected).length() < 1e-12);
             assert_eq!(
                 pair.place([all; 2], &Quadric::default(), true, &rules(placement), Limits::NONE),
                 Some(pair.target.at)

@@ -95,7 +95,8 @@ pub struct Options {
     pub strategy: Strategy,
     /// [`Method::Hqms`]: contractions from which the cheapest is picked, at least 1; 512 by default.
     pub heap: usize,
-    /// [`Method::Hqms`]: the share of vertices that may be proposed in a pass, above 0; 1 and more: all; 0.5 by default.
+    /// [`Method::Hqms`]: the share of vertices that may be proposed in a pass, above 0; 1 and more: all; 0.5 by default. Below 1, passes near
+    /// the end propose half of it and those before a fifth more.
     pub cap: f64,
     /// [`Method::Hqms`]: as a paper has it; topology, weights and cap are then its own.
     pub edition: Option<Edition>,

@@ -82,8 +82,13 @@ impl Form {
         )
     }
 
-    /// The solution of matrix times x = `right`; `None` where the matrix is next to singular, as where all planes go along one line.
+    /// The solution of matrix times x = `right`; `None` where there is no inverse.
     pub(super) fn solve(&self, right: DVec3, singular: f64) -> Option<DVec3> {
+        Some(self.inverse(singular)?.times(right))
+    }
+
+    /// The inverse of the matrix; `None` where that is next to singular, as where all planes go along one line.
+    fn inverse(&self, singular: f64) -> Option<Self> {
         let cofactors = DVec3::new(
             self.yy * self.zz - self.yz * self.yz,
             self.xz * self.yz - self.xy * self.zz,
@@ -103,7 +108,7 @@ impl Form {
             yz: self.xy * self.xz - self.xx * self.yz,
             zz: self.xx * self.yy - self.xy * self.xy,
         };
-        Some(inverse.times(right) / det)
+        Some(inverse.scaled(det.recip()))
     }
 }
 
@@ -143,6 +148,14 @@ impl Quadric {
     /// The value at a point, at least 0.
     pub(super) fn at(&self, p: DVec3) -> f64 {
         ((self.form.times(p) + self.linear * 2.0).dot(p) + self.constant).max(0.0)
+    }
+
+    /// Where the value is least among the points whose product with `slope` is `level`, or among all where no slope is to be told.
+    pub(super) fn optimum_where(&self, slope: DVec3, level: f64, singular: f64) -> Option<DVec3> {
+        let inverse = self.form.inverse(singular)?;
+        let (least, way) = (-inverse.times(self.linear), inverse.times(slope));
+        let rise = way.dot(slope);
+        Some(if rise > 0.0 { least + way * ((level - slope.dot(least)) / rise) } else { least })
     }
 
     /// Where the value is least, relative to `origin`, near which the numbers are best; `None` where that is no one point.
@@ -191,6 +204,19 @@ mod tests {
             let point = DVec3::new(-2.0, 5.0, 1.0);
             assert!((Quadric::through(form, point).at(point + d) - sum).abs() < 1e-10 * sum);
         }
+    }
+
+    #[test]
+    fn the_optimum_on_a_plane() {
+        // 1 x² + 2 y² + 3 z² round (1, 1, 1), where x + y = 1: x - 1 = -2/3 and y - 1 = -1/3.
+        let mut sum = Quadric::default();
+        for (axis, weight) in [(DVec3::X, 1.0), (DVec3::Y, 2.0), (DVec3::Z, 3.0)] {
+            sum.add_square(axis, -1.0, weight);
+        }
+        let least = |slope: DVec3| sum.optimum_where(slope, slope.x, 1e-6).unwrap();
+        assert!((least(DVec3::new(1.0, 1.0, 0.0)) - DVec3::new(1.0 / 3.0, 2.0 / 3.0, 1.0)).length() < 1e-12);
+        assert!((least(DVec3::ZERO) - DVec3::ONE).length() < 1e-12);
+        assert!((least(DVec3::splat(1e-200)) - DVec3::ONE).length() < 1e-12, "its square is 0");
     }
 
     #[test]

@@ -36,6 +36,8 @@ pub(super) struct Star {
     pub(super) wings: Vec<Wing>,
     /// In ascending order.
     pub(super) neighbours: Vec<Neighbour>,
+    /// The neighbours that come first and last in the triangles.
+    starts: Vec<u32>,
     ends: Vec<u32>,
 }
 
@@ -47,12 +49,31 @@ pub(super) fn relative(p: [f64; 3], origin: [f64; 3]) -> DVec3 {
 /// The triangle with `v` in front; `None` where it is gone.
 pub(super) fn turned(triangle: [u32; 3], v: u32) -> Option<[u32; 2]> {
     let [a, b, c] = triangle;
-    match v {
-        _ if v == a => Some([b, c]),
-        _ if v == b => Some([c, a]),
-        _ if v == c => Some([a, b]),
-        _ => None,
+    // Choices of numbers and no jumps: at which corner it is cannot be foreseen.
+    let next = if v == a { [b, c] } else { [c, a] };
+    let next = if v == c { [a, b] } else { next };
+    (v == a || v == b || v == c).then_some(next)
+}
+
+/// Whether the triangles that are left of a ring go once round their vertex, all turned alike: then each neighbour is in two of them.
+pub(super) fn is_closed_fan(vertex: u32, ring: &[u32], triangles: &[[u32; 3]]) -> bool {
+    let mut sides = [[0; 2]; FEW];
+    let mut count = 0;
+    for &triangle in ring {
+        let Some(side) = turned(triangles[triangle as usize], vertex) else { continue };
+        let Some(place) = sides.get_mut(count) else { return false };
+        *place = side;
+        count += 1;
     }
+    let sides = &mut sides[..count];
+    for k in 1..count {
+        // The one that goes on where the last one ends, and no other does.
+        let end = sides[k - 1][1];
+        let mut next = (k..count).filter(|&other| sides[other][0] == end);
+        let (Some(found), None) = (next.next(), next.next()) else { return false };
+        sides.swap(k, found);
+    }
+    count > 1 && sides[count - 1][1] == sides[0][0]
 }
 
 impl Star {
@@ -68,16 +89,26 @@ impl Star {
         self.vertex = vertex;
         self.at = relative(positions[vertex as usize], origin);
         self.wings.clear();
+        self.starts.clear();
         self.ends.clear();
         for &triangle in ring {
             let Some([a, b]) = turned(triangles[triangle as usize], vertex) else { continue };
             let [at_a, at_b] = [a, b].map(|v| relative(positions[v as usize], origin));
             let cross = (at_a - self.at).cross(at_b - self.at);
             self.wings.push(Wing { triangle, a, b, at_a, at_b, cross });
-            self.ends.extend([a, b]);
+            self.starts.push(a);
+            self.ends.push(b);
         }
+        self.starts.sort_unstable();
         self.ends.sort_unstable();
         self.neighbours.clear();
+        if self.starts == self.ends && self.starts.is_sorted_by(|a, b| a < b) {
+            // Mostly so, and faster than to sort all of them.
+            self.neighbours.extend(self.starts.iter().map(|&vertex| Neighbour { vertex, triangles: 2 }));
+            return;
+        }
+        self.ends.extend_from_slice(&self.starts);
+        self.ends.sort_unstable();
         let counted = self.ends.chunk_by(|a, b| a == b);
         self.neighbours
             .extend(counted.map(|equal| Neighbour { vertex: equal[0], triangles: equal.len() as u32 }));
@@ -139,6 +170,9 @@ impl Star {
     }
 }
 
+/// Triangles up to which a fan is looked at in a simple way, in quadratic time.
+const FEW: usize = 16;
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -169,7 +203,11 @@ mod tests {
     fn what_is_no_manifold_is_seen() {
         let positions = vec![[0.0; 3]; 8];
         let of = |triangles: &[[u32; 3]]| {
-            star(&IndexedMesh::new(positions.clone(), triangles.to_vec()), 0).is_manifold()
+            let star = star(&IndexedMesh::new(positions.clone(), triangles.to_vec()), 0);
+            let ring: Vec<u32> = (0..triangles.len() as u32).collect();
+            let is_closed = is_closed_fan(0, &ring, triangles);
+            assert!(!is_closed || star.is_manifold() && !star.is_boundary());
+            star.is_manifold()
         };
         assert!(of(&[[0, 1, 2], [0, 2, 3], [3, 1, 0]]), "closed, turned as it may");
         assert!(of(&[[0, 1, 2], [2, 0, 3]]));
@@ -178,6 +216,25 @@ mod tests {
         assert!(!of(&[[0, 1, 2], [0, 1, 3], [0, 1, 4]]), "an edge of three");
         assert!(!of(&[[0, 0, 1]]));
         assert!(of(&[]));
+    }
+
+    #[test]
+    fn closed_fans_are_told_from_others() {
+        let of = |triangles: &[[u32; 3]]| {
+            is_closed_fan(0, &(0..triangles.len() as u32).collect::<Vec<_>>(), triangles)
+        };
+        assert!(
+            of(&[[0, 1, 2], [3, 1, 0], GONE, [2, 3, 0]]),
+            "in whichever order, turned alike, one of them gone"
+        );
+        assert!(of(&[[0, 1, 2], [0, 2, 1]]), "two against each other");
+        assert!(!of(&[[0, 1, 2], [0, 2, 3]]) && !of(&[[0, 1, 2]]) && !of(&[]), "open");
+        assert!(!of(&[[0, 1, 2], [0, 2, 3], [0, 1, 3]]), "turned otherwise");
+        // From 1 over 2 to 3, and from there by two ways: 4 and 1, or 2 again.
+        assert!(!of(&[[0, 1, 2], [0, 2, 3], [0, 3, 2], [0, 2, 4], [0, 4, 1]]), "an eight");
+        assert!(!of(&[[0, 1, 2], [0, 2, 1], [0, 3, 4], [0, 4, 3]]), "two fans");
+        let wheel = |n: u32| -> Vec<_> { (0..n).map(|k| [0, k + 1, (k + 1) % n + 1]).collect() };
+        assert!(of(&wheel(FEW as u32)) && !of(&wheel(FEW as u32 + 1)), "too many for the simple way");
     }
 
     #[test]

@@ -2,7 +2,7 @@
 
 use super::parents::{NO_VERTEX, Parents};
 use super::rings::Rings;
-use super::star::{GONE, Star};
+use super::star::{GONE, Star, is_closed_fan, turned};
 use super::wedges::Wedges;
 use crate::error::{Error, Result};
 use crate::mesh::IndexedMesh;
@@ -124,6 +124,9 @@ impl Working {
         }
         let mut star = Star::default();
         for v in 0..self.positions.len() as u32 {
+            if is_closed_fan(v, self.rings.of(v), &self.triangles) {
+                continue;
+            }
             star.gather(v, self.rings.of(v), &self.triangles, &self.positions, self.positions[v as usize]);
             if !is_free && !star.is_manifold() || is_locked && star.is_boundary() {
                 self.flags[v as usize] |= FIXED;
@@ -184,7 +187,7 @@ impl Working {
         (mesh, self.parents.map(Parents::finish).unwrap_or_default())
     }
 
-    /// Marks the triangles with the same three vertices as an earlier one as gone, and counts them.
+    /// Marks the triangles with the same three vertices, each another one, as an earlier one as gone, and counts them.
     pub(super) fn mark_repeated(&mut self) -> usize {
         self.drop_gone();
         self.rings.rebuild(self.positions.len(), &self.triangles);
@@ -193,13 +196,16 @@ impl Working {
         for v in 0..self.positions.len() as u32 {
             others.clear();
             for &t in self.rings.of(v) {
-                let mut corners = self.triangles[t as usize];
-                corners.sort_unstable();
-                if corners[0] == v {
-                    others.push(([corners[1], corners[2]], t));
+                // Each at the least of its vertices.
+                if let Some([a, b]) = turned(self.triangles[t as usize], v)
+                    && v < a.min(b)
+                {
+                    others.push(([a.min(b), a.max(b)], t));
                 }
             }
-            others.sort_unstable();
+            if others.len() > 1 {
+                others.sort_unstable();
+            }
             for pair in others.windows(2).filter(|pair| pair[0].0 == pair[1].0) {
                 self.triangles[pair[1].1 as usize] = GONE;
                 self.living -= 1;

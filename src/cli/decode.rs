@@ -38,7 +38,8 @@ pub struct Args {
     #[arg(long, value_enum, default_value = "replay")]
     via: Via,
     /// How a glTF of a scene has its numbers: quantize has positions as integers on the file's lattice, and normals, tangents and texture
-    /// coordinates in 16 bits (KHR_mesh_quantization), where a mesh has no skin, instances or morph targets
+    /// coordinates in 16 bits (KHR_mesh_quantization), where a mesh has no skin, instances or morph targets; meshopt has them so, too, and
+    /// vertices and indices compressed (EXT_meshopt_compression)
     #[arg(long, value_enum, default_value = "none")]
     gltf_compression: Compression,
     /// Write every level on the way to DIR/level-J.ply (or .obj, .stl, .glb or .gltf, if OUT is)
@@ -60,6 +61,7 @@ pub struct Args {
 pub enum Compression {
     None,
     Quantize,
+    Meshopt,
 }
 
 /// How to come to a level.
@@ -140,7 +142,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         let shown = Shown::new(&decoder, args.quality.triangles, format, args.max_memory)
             .with_context(|| uwm.name.clone())?;
-        let remarks = shown.write(format, args.is_quantised(), output, &[input])?;
+        let remarks = shown.write(format, args.gltf_compression, output, &[input])?;
         let losses = shown.losses(format).into_iter().chain(remarks);
         warnings.extend(losses.map(|loss| format!("{}: {loss}", output.name)));
         written = Some(Written::new(output, &shown.mesh, &decoder));
@@ -164,12 +166,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let lines = lines.chain(written.iter().map(|written| format!("{}\n  {text}\n", written.line())));
     let text: String = lines.collect();
     output.as_ref().map_or_else(|| say(&text), |output| output.say(&text))
-}
-
-impl Args {
-    fn is_quantised(&self) -> bool {
-        self.gltf_compression == Compression::Quantize
-    }
 }
 
 /// A mesh that has been written.
@@ -222,7 +218,7 @@ fn check(args: &Args) -> anyhow::Result<()> {
         ("--max-bytes", args.quality.max_bytes.is_some()),
         ("--operations", args.operations.is_some()),
     ];
-    if args.is_quantised()
+    if args.gltf_compression != Compression::None
         && !args.output.as_deref().is_some_and(|out| MeshFormat::of(out).is_ok_and(MeshFormat::is_gltf))
     {
         return Err(Usage("--gltf-compression is for .glb and .gltf".to_owned()).into());
@@ -312,7 +308,7 @@ fn write_level(
     let Some(level) = decoder.level() else { bail!("{}: there is no mesh", name()) };
     let shown = Shown::new(decoder, None, format, args.max_memory).with_context(name)?;
     let output = Output::new(&folder.join(format!("level-{level}.{}", format.extension())), [input])?;
-    let remarks = shown.write(format, args.is_quantised(), &output, &[input])?;
+    let remarks = shown.write(format, args.gltf_compression, &output, &[input])?;
     warnings.extend(remarks.into_iter().map(|remark| format!("{}: {remark}", output.name)));
     Ok(Written::new(&output, &shown.mesh, decoder))
 }

@@ -363,7 +363,7 @@ fn write_mesh(args: &Args, got: &Got, part: Part, format: MeshFormat, output: &O
     };
     drop(progress);
     let shown = Shown::new(&decoder, None, format, args.max_memory).with_context(|| part.name.clone())?;
-    let remarks = shown.write(format, false, output, &[])?;
+    let remarks = shown.write(format, decode::Compression::None, output, &[])?;
     part.remove();
     for loss in shown.losses(format).into_iter().chain(remarks) {
         remark(args.quiet, &format!("{}: {loss}", output.name));

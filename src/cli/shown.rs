@@ -1,5 +1,6 @@
 //! What a decoded file shows: its mesh, or all of its scene.
 
+use super::decode::Compression;
 use super::output::{MeshFormat, Output};
 use super::resources;
 use anyhow::bail;
@@ -76,15 +77,15 @@ impl Shown {
         Ok(Self { scene: scene(decoder)?, exact_weights, ..plain(decoder.assembled()?, numbers) })
     }
 
-    /// Writes it, in the type of its coordinates where these are exact; a glTF whose numbers are to be integers where they can be, if it is
-    /// `quantised`. Files beside a glTF must not be one of `inputs`. Returns what is not as it was asked for, in words for the user.
+    /// Writes it, in the type of its coordinates where these are exact; a glTF of a scene as it is asked for, with numbers that are integers
+    /// where they can be. Files beside a glTF must not be one of `inputs`. Returns what is not as it was asked for, in words for the user.
     ///
     /// # Errors
     /// Those of the medium; where the scene is at fault.
     pub fn write(
         &self,
         format: MeshFormat,
-        quantised: bool,
+        compression: Compression,
         output: &Output,
         inputs: &[&Path],
     ) -> anyhow::Result<Vec<String>> {
@@ -92,6 +93,8 @@ impl Shown {
         options.exact_weights = self.exact_weights;
         options.max_memory = self.memory;
         let mut remarks = Vec::new();
+        let quantised = compression != Compression::None;
+        options.compress = compression == Compression::Meshopt;
         options.quantise = match self.numbers {
             Numbers::OnLattice(lattice) if quantised && self.scene.is_some() => Some(lattice),
             _ => None,
@@ -99,6 +102,9 @@ impl Shown {
         if quantised && options.quantise.is_none() {
             let why = if self.scene.is_none() { "the file has no scene" } else { "they are exact" };
             remarks.push(format!("coordinates stay floating-point numbers: {why}"));
+            if options.compress && self.scene.is_none() {
+                remarks.push("nothing is compressed: the file has no scene".to_owned());
+            }
         }
         if format == MeshFormat::Gltf {
             let make = |stem: &str| gltf_files(&self.mesh, self.scene.as_ref(), &options, stem);

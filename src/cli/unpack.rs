@@ -1,6 +1,7 @@
 //! `unweld unpack`: the meshes of a set as files, or as levels of detail of one glTF.
 
 use super::args::size;
+use super::decode::Compression;
 use super::detail;
 use super::failure::Usage;
 use super::input;
@@ -78,7 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         } else {
             let path = args.output.join(format!("level-{number}.{}", format.extension()));
             let output = Output::new(&path, [&*args.input])?;
-            warnings.extend(shown.write(format, false, &output, &[&args.input])?);
+            warnings.extend(shown.write(format, Compression::None, &output, &[&args.input])?);
             output.name
         };
         warnings.extend(shown.losses(format).into_iter().map(|loss| format!("{name}: {loss}")));

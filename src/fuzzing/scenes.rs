@@ -77,6 +77,7 @@ pub fn fuzz_scene_writer(data: &[u8]) {
     if kind & 16 > 0 {
         writing.quantise = Some(Lattice::over([-4.0; 3], [4.0; 3], 12));
     }
+    writing.compress = kind & 32 > 0;
     let refused = |e: &std::io::Error| {
         let is_limit = e.get_ref().is_some_and(|e| matches!(e.downcast_ref(), Some(Error::Limit { .. })));
         assert!(is_limit || e.kind() == std::io::ErrorKind::InvalidInput, "{e}");

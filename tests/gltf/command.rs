@@ -283,6 +283,59 @@ fn quantised_scenes_show_the_same() {
     }
 }
 
+/// What is compressed unpacks to what is quantised, in a smaller file; of exact numbers, to these.
+#[test]
+fn compressed_scenes_are_the_same() {
+    let folder = Folder::with("a.glb", textured().glb());
+    folder.done("encode a.glb -o a.uwm -q");
+    folder.done("encode a.glb -o exact.uwm --exact -q");
+    // Corners by bits, triangles with the least one first.
+    let all = |source: &Source| -> Vec<Vec<Vec<u64>>> {
+        let corner = |corner: usize| {
+            let place = source.mesh.positions[source.mesh.triangles.as_flattened()[corner] as usize];
+            let values = source.mesh.attributes.iter().flat_map(|attribute| {
+                let of = |at| {
+                    (0..attribute.components)
+                        .map(move |k| attribute.values.number(at * attribute.components + k))
+                };
+                attribute.at(corner / 3, corner % 3).map_or(vec![], |at| of(at).collect::<Vec<f64>>())
+            });
+            place.into_iter().chain(values).map(f64::to_bits).collect::<Vec<u64>>()
+        };
+        let triangle = |t: usize| {
+            let mut corners = [0, 1, 2].map(|k| corner(3 * t + k)).to_vec();
+            let least = (0..3).min_by_key(|&k| &corners[k]).unwrap();
+            corners.rotate_left(least);
+            corners
+        };
+        (0..source.mesh.triangles.len()).map(triangle).collect()
+    };
+    for (file, plain, level) in
+        [("a", "quantize", 0), ("a", "quantize", base(&folder, "a.uwm")), ("exact", "none", 0)]
+    {
+        let decode = format!("decode {file}.uwm --level {level} -q --gltf-compression");
+        folder.done(&format!("{decode} {plain} -o plain.glb"));
+        folder.done(&format!("{decode} meshopt -o small.glb"));
+        folder.done(&format!("{decode} meshopt -o small.gltf"));
+        let json = folder.json("small.glb");
+        assert!(json["extensionsRequired"].as_array().unwrap().contains(&json!("EXT_meshopt_compression")));
+        assert_eq!(
+            json["buffers"][1]["extensions"],
+            json!({ "EXT_meshopt_compression": { "fallback": true } })
+        );
+        let plain = folder.flat("plain.glb");
+        for small in ["small.glb", "small.gltf"] {
+            assert_eq!(all(&folder.flat(small)), all(&plain), "{small} of {file} at {level}");
+        }
+        if level == 0 {
+            let [small, plain] = ["small.glb", "plain.glb"].map(|name| folder.bytes(name).len());
+            assert!(small < plain, "{small} instead of {plain} bytes");
+        }
+    }
+    let (code, text) = folder.run("decode a.uwm -o a.ply --gltf-compression meshopt");
+    assert!(code == 2 && text.contains("is for .glb and .gltf"), "{text}");
+}
+
 /// In glTF v runs down, in OBJ up.
 #[test]
 fn pictures_lie_right_in_other_formats() {

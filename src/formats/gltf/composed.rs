@@ -25,6 +25,8 @@ pub(super) enum Form<'a> {
         beside: Option<&'a str>,
         /// The lattice of positions that are to be integers.
         quantise: Option<&'a Lattice>,
+        /// Whether vertices and indices are compressed.
+        compress: bool,
     },
     /// What says which shape it has, as it is.
     Geometry,
@@ -129,6 +131,9 @@ pub(super) fn document(
             extensions.insert(EXTENSION.to_owned(), json!({ "bufferView": pack.views.len() - 1 }));
         }
         _ => ["extensionsUsed", "extensionsRequired"].iter().for_each(|list| unlist(root, list)),
+    }
+    if matches!(form, Form::Whole { compress: true, .. }) {
+        pack.compress(root)?;
     }
     pack.finish(root);
     Ok(Composed { json, binary: pack.bytes, files, remarks })

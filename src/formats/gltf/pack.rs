@@ -5,6 +5,7 @@ use std::io;
 use serde_json::{Map, Number, Value, json};
 
 use super::accessor::{Shape, code, size, type_of};
+use super::meshopt;
 use crate::limits::{Budget, Limits};
 use crate::mesh::attributes::{Stored, Values};
 
@@ -17,6 +18,18 @@ pub(super) struct Pack {
     pub views: Vec<Value>,
     /// `accessors`.
     pub accessors: Vec<Value>,
+    /// Views that are of vertices or of triangles' indices; nothing stands behind the first of them but others.
+    elements: Vec<Elements>,
+    /// The length of a second buffer, which is there compressed in the first one alone; 0 where there is none.
+    unpacked: usize,
+}
+
+/// A view of elements one behind the other.
+struct Elements {
+    view: usize,
+    begin: usize,
+    mode: meshopt::Mode,
+    stride: usize,
 }
 
 impl Default for Pack {
@@ -29,7 +42,14 @@ impl Pack {
     /// An empty one; it and all that is made for it may take so many bytes.
     pub(super) fn new(max_memory: u64) -> Self {
         let budget = Budget::new(Limits { memory: max_memory, work: u64::MAX });
-        Self { budget, bytes: Vec::new(), views: Vec::new(), accessors: Vec::new() }
+        Self {
+            budget,
+            bytes: Vec::new(),
+            views: Vec::new(),
+            accessors: Vec::new(),
+            elements: Vec::new(),
+            unpacked: 0,
+        }
     }
 
     /// Debits memory for `count` items of `size` bytes.
@@ -63,6 +83,12 @@ impl Pack {
         if stride != element {
             view["byteStride"] = stride.into();
         }
+        self.elements.push(Elements {
+            view: self.views.len(),
+            begin,
+            mode: meshopt::Mode::Attributes,
+            stride,
+        });
         self.views.push(view);
         let count = values.len() / shape.components;
         let accessor = json!({ "bufferView": self.views.len() - 1 });
@@ -78,7 +104,7 @@ impl Pack {
         self.accessor(json!({}), shape, count, bounds)
     }
 
-    /// The number of a new accessor of indices, in 16 bits where these are enough: the largest number of a type stands for none.
+    /// The number of a new accessor of indices of triangles, in 16 bits where these are enough: the largest number of a type stands for none.
     pub(super) fn indices(&mut self, indices: &[u32]) -> usize {
         self.align();
         let begin = self.bytes.len();
@@ -89,6 +115,8 @@ impl Pack {
             _ => indices.iter().for_each(|i| self.bytes.extend(i.to_le_bytes())),
         }
         let view = self.view(begin, ELEMENT_ARRAY_BUFFER);
+        let (mode, stride) = (meshopt::Mode::Triangles, size(stored));
+        self.elements.push(Elements { view: self.views.len(), begin, mode, stride });
         self.views.push(view);
         let accessor = json!({ "bufferView": self.views.len() - 1 });
         let shape = Shape { stored, normalised: false, components: 1 };
@@ -130,11 +158,52 @@ impl Pack {
         self.bytes.resize(self.bytes.len().next_multiple_of(4), 0);
     }
 
+    /// Compresses vertices and indices where that makes them smaller (EXT_meshopt_compression). What they unpack to is a buffer of its own,
+    /// of which there are no bytes.
+    ///
+    /// # Errors
+    /// [`Error::Limit`](crate::Error::Limit), within an [`io::Error`].
+    pub(super) fn compress(&mut self, root: &mut Map<String, Value>) -> io::Result<()> {
+        self.align();
+        let Some(first) = self.elements.first().map(|elements| elements.begin) else { return Ok(()) };
+        // Beside the bytes there are those packed, and indices as numbers.
+        self.take(self.bytes.len() - first, 3)?;
+        let plain = self.bytes.split_off(first);
+        let mut unpacked = 0;
+        for Elements { view, begin, mode, stride } in std::mem::take(&mut self.elements) {
+            let length = self.views[view]["byteLength"].as_u64().map_or(0, |length| length as usize);
+            let stretch = &plain[begin - first..][..length];
+            let packed = mode.pack(stretch, stride);
+            if packed.len() >= length {
+                self.views[view]["byteOffset"] = self.put(stretch).into();
+                continue;
+            }
+            let extension = json!({
+                "buffer": 0, "byteOffset": self.put(&packed), "byteLength": packed.len(),
+                "byteStride": stride, "count": length / stride, "mode": mode.name(),
+            });
+            let view = &mut self.views[view];
+            view["buffer"] = 1.into();
+            view["byteOffset"] = unpacked.into();
+            view["extensions"] = json!({ meshopt::EXTENSIONS[0]: extension });
+            unpacked += length.next_multiple_of(4);
+        }
+        if unpacked > 0 {
+            self.unpacked = unpacked;
+            name_extension(root, meshopt::EXTENSIONS[0]);
+        }
+        Ok(())
+    }
+
     /// Puts the lists into the root of a glTF, those that have something in them.
     pub(super) fn finish(&mut self, root: &mut Map<String, Value>) {
         self.align();
-        let buffers =
+        let mut buffers =
             if self.bytes.is_empty() { vec![] } else { vec![json!({ "byteLength": self.bytes.len() })] };
+        if self.unpacked > 0 {
+            let extensions = json!({ meshopt::EXTENSIONS[0]: { "fallback": true } });
+            buffers.push(json!({ "byteLength": self.unpacked, "extensions": extensions }));
+        }
         let lists = [
             ("accessors", std::mem::take(&mut self.accessors)),
             ("bufferViews", std::mem::take(&mut self.views)),
@@ -146,6 +215,17 @@ impl Pack {
             } else {
                 root.insert(key.to_owned(), list.into());
             }
+        }
+    }
+}
+
+/// Has a document say that who reads it must know an extension.
+pub(super) fn name_extension(root: &mut Map<String, Value>, name: &str) {
+    for list in ["extensionsUsed", "extensionsRequired"] {
+        let names = root.entry(list).or_insert_with(|| json!([]));
+        let Some(names) = names.as_array_mut() else { continue };
+        if names.iter().all(|other| other != name) {
+            names.push(name.into());
         }
     }
 }

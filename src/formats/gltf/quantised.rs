@@ -9,6 +9,7 @@ use super::accessor::Shape;
 use super::carried::EXTENSION;
 use super::composed::items;
 use super::notes::{QUANTIZATION, shortened};
+use super::pack::name_extension;
 use super::scene::INSTANCING;
 use super::shaped::Shaper;
 use crate::mesh::Lattice;
@@ -147,14 +148,7 @@ impl Quantiser {
             if let Some(nodes) = json.get_mut("nodes").and_then(Value::as_array_mut) {
                 nodes.extend(below);
             }
-            for list in ["extensionsUsed", "extensionsRequired"] {
-                let Some(root) = json.as_object_mut() else { break };
-                let names = root.entry(list).or_insert_with(|| json!([]));
-                let Some(names) = names.as_array_mut() else { continue };
-                if names.iter().all(|name| name != QUANTIZATION) {
-                    names.push(QUANTIZATION.into());
-                }
-            }
+            json.as_object_mut().into_iter().for_each(|root| name_extension(root, QUANTIZATION));
         }
         self.remarks
     }

@@ -58,11 +58,14 @@ pub struct SceneOptions {
     /// fractions of 16 bits (KHR_mesh_quantization); none by default. Meshes with skins, instances, morph targets, points or lines, and those
     /// off the lattice, stay as they are.
     pub quantise: Option<Lattice>,
+    /// Whether vertices and indices are compressed where that makes them smaller (EXT_meshopt_compression), which loses nothing; not so by
+    /// default. Triangles may begin with another corner then.
+    pub compress: bool,
 }
 
 impl Default for SceneOptions {
     fn default() -> Self {
-        Self { exact_weights: false, max_memory: u64::MAX, quantise: None }
+        Self { exact_weights: false, max_memory: u64::MAX, quantise: None, compress: false }
     }
 }
 
@@ -134,7 +137,9 @@ fn composed(
     beside: Option<&str>,
 ) -> io::Result<Composed> {
     check(mesh)?;
-    let form = Form::Whole { is_exact: options.exact_weights, beside, quantise: options.quantise.as_ref() };
+    let SceneOptions { exact_weights, quantise, compress, .. } = options;
+    let form =
+        Form::Whole { is_exact: *exact_weights, beside, quantise: quantise.as_ref(), compress: *compress };
     composed::document(mesh, scene, form, options.max_memory)
 }
 

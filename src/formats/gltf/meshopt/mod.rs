@@ -1,5 +1,5 @@
 //! Views of buffers compressed as EXT_meshopt_compression and KHR_meshopt_compression have it: the codecs of meshoptimizer
-//! (A. Kapoulkine), read here without its library, which wants a C++ compiler.
+//! (A. Kapoulkine), read and written here without its library, which wants a C++ compiler.
 
 mod filters;
 mod indices;
@@ -20,11 +20,34 @@ pub(super) struct Packing {
     pub stride: usize,
 }
 
-#[derive(Clone, Copy, PartialEq)]
-enum Mode {
+/// What the elements of a view are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Mode {
     Attributes,
     Triangles,
     Indices,
+}
+
+impl Mode {
+    /// As the extension calls it.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Attributes => "ATTRIBUTES",
+            Self::Triangles => "TRIANGLES",
+            Self::Indices => "INDICES",
+        }
+    }
+
+    /// Packs elements of `stride` bytes: vertices, or else indices of triangles, which may begin with another corner when they are unpacked.
+    pub(super) fn pack(self, bytes: &[u8], stride: usize) -> Vec<u8> {
+        let index = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, &byte| index << 8 | u32::from(byte));
+        match self {
+            Self::Attributes => vertices::pack(bytes, stride),
+            Self::Triangles | Self::Indices => {
+                indices::pack(&bytes.chunks(stride).map(index).collect::<Vec<_>>())
+            }
+        }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq)]

@@ -46,6 +46,31 @@ pub(super) fn unpack(packed: &[u8], count: usize, size: usize) -> Option<Vec<u8>
     rest.is_empty().then_some(unpacked)
 }
 
+/// Packs vertices of `size` bytes, a multiple of four up to 256, in version 0, which all readers know.
+pub(super) fn pack(bytes: &[u8], size: usize) -> Vec<u8> {
+    let mut packed = vec![0xa0];
+    let first = bytes.get(..size).unwrap_or_default();
+    let mut last = first.to_vec();
+    let block = ((BLOCK_BYTES / size) & !(GROUP - 1)).min(BLOCK);
+    for vertices in bytes.chunks(block * size) {
+        for (k, before) in last.iter_mut().enumerate() {
+            let column: Vec<u8> = vertices
+                .iter()
+                .skip(k)
+                .step_by(size)
+                .map(|&byte| {
+                    let by = byte.wrapping_sub(std::mem::replace(before, byte));
+                    (by << 1) ^ (by >> 7).wrapping_neg()
+                })
+                .collect();
+            pack_groups(&column, &mut packed);
+        }
+    }
+    packed.resize(packed.len() + 32usize.saturating_sub(size), 0);
+    packed.extend(first);
+    packed
+}
+
 /// Four bytes of a vertex, from those of the vertex before and what differs.
 #[inline]
 fn next(before: [u8; 4], by: [u8; 4], channel: u8) -> Option<[u8; 4]> {
@@ -94,6 +119,58 @@ fn groups(rest: &mut &[u8], column: &mut [u8; BLOCK], count: usize, widths: [usi
     Some(())
 }
 
+/// Each group with the width that takes the fewest bytes.
+fn pack_groups(column: &[u8], packed: &mut Vec<u8>) {
+    let header = packed.len();
+    packed.resize(header + column.len().div_ceil(GROUP).div_ceil(4), 0);
+    for (k, part) in column.chunks(GROUP).enumerate() {
+        let mut group = [0; GROUP];
+        group[..part.len()].copy_from_slice(part);
+        let escapes = |width: usize| group.iter().filter(|&&value| value >= (1 << width) - 1).count();
+        let bytes = |width: usize| GROUP * width / 8 + escapes(width);
+        let (code, width) = match () {
+            _ if group == [0; GROUP] => (0, 0),
+            _ if bytes(2) <= bytes(4).min(GROUP) => (1, 2),
+            _ if bytes(4) <= GROUP => (2, 4),
+            _ => (3, 8),
+        };
+        packed[header + k / 4] |= code << (k % 4 * 2);
+        match width {
+            0 => {}
+            8 => packed.extend(group),
+            width => {
+                let escape = (1u8 << width) - 1;
+                let join = |values: &[u8]| values.iter().fold(0, |byte, &v| byte << width | v.min(escape));
+                packed.extend(group.chunks(8 / width).map(join));
+                packed.extend(group.iter().filter(|&&value| value >= escape));
+            }
+        }
+    }
+}
+
 const BLOCK_BYTES: usize = 8192;
 const BLOCK: usize = 256;
 const GROUP: usize = 16;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_packed_is_unpacked(
+            words in 1usize..8, count in 0usize..600, seed in prop::collection::vec(any::<u8>(), 1..50), steps in 1u8..=255,
+        ) {
+            let size = 4 * words;
+            // Smooth, wild and constant columns.
+            let byte = |at: usize| match at % size % 3 {
+                0 => (at / size * usize::from(seed[at % size % seed.len()] % steps)) as u8,
+                1 => seed[at % seed.len()].wrapping_mul(at as u8),
+                _ => seed[0],
+            };
+            let bytes: Vec<u8> = (0..count * size).map(byte).collect();
+            prop_assert_eq!(unpack(&pack(&bytes, size), count, size), (count > 0).then_some(bytes));
+        }
+    }
+}

@@ -243,7 +243,7 @@ mod tests {
     #[test]
     fn a_surface_takes_little_more_than_a_byte_a_triangle() {
         // So narrow that what a row has in common with the one before was met lately; vertices by when they come.
-        let mesh = shapes::grid(300, 5);
+        let mesh = shapes::grid(5, 300);
         let mut numbers = std::collections::HashMap::new();
         let number = |v: &u32| {
             let next = numbers.len() as u32;

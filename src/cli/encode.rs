@@ -62,7 +62,7 @@ pub struct Args {
     /// given, 18, or 13 where they stand in rows or have attributes that vary
     #[arg(long, value_name = "F", value_parser = clap::value_parser!(u8).range(..=i64::from(MAX_LIFTING)))]
     lifting: Option<u8>,
-    /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150
+    /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150, or up to an eighth more
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
     /// All levels have all components, however small; otherwise each appears where a level is nearer to the input than it is large
@@ -448,10 +448,9 @@ const DEFAULTS: [(&str, &str); 14] = [
 fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<String> {
     let header = &description.contents.header;
     let mut warnings = Vec::new();
-    let wanted = args
-        .base_vertices
-        .unwrap_or_else(|| simplify::default_base_vertices(header.vertices as usize, report.locked_vertices));
-    if header.base_vertices as usize > wanted {
+    let usual = simplify::default_base_vertices(header.vertices as usize, report.locked_vertices);
+    let wanted = args.base_vertices.unwrap_or(usual);
+    if header.base_vertices as usize > args.base_vertices.unwrap_or(simplify::most_base_vertices(usual)) {
         warnings.push(format!(
             "the base has {} where {} would do: {} locked, no other can be removed",
             count(header.base_vertices, "vertex"),

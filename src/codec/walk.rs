@@ -2,7 +2,6 @@
 
 use crate::mesh::{Corner, CornerTable, Vertex};
 use crate::refine::{ProgressiveMesh, Roots};
-use bitvec::vec::BitVec;
 
 /// A mesh in walk order. Edges run from `v(next c)` to `v(prev c)` of their corner.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -88,16 +87,18 @@ impl Walk {
 
     /// The vertices in the order in which the walk meets them: of each triangle next, prev, then the corner itself.
     pub fn vertices(&self, table: &CornerTable) -> Vec<Vertex> {
-        let mut seen: BitVec = BitVec::repeat(false, table.vertex_slots());
-        let mut vertices = Vec::with_capacity(table.vertex_slots());
+        let mut seen = vec![false; table.vertex_slots()];
+        // One more than there are, that is written in vain: whether a vertex is new is as good as random.
+        let mut vertices = vec![Vertex::NONE; table.vertex_slots() + 1];
+        let mut count = 0;
         for &c in &self.triangles {
             for c in [c.next(), c.prev(), c] {
                 let v = table.vertex(c);
-                if !seen.replace(v.index(), true) {
-                    vertices.push(v);
-                }
+                vertices[count] = v;
+                count += usize::from(!std::mem::replace(&mut seen[v.index()], true));
             }
         }
+        vertices.truncate(count);
         vertices
     }
 }

@@ -167,8 +167,13 @@ impl Options {
             return Err(Error::Parameter(what.to_owned()));
         }
         match self.lattice {
-            LatticeChoice::Bits => Ok(whole),
-            LatticeChoice::AtMost(step) => Lattice::at_most(step, min, max),
+            LatticeChoice::Bits => Ok(whole.rounded(max)),
+            LatticeChoice::AtMost(step) => {
+                let lattice = Lattice::at_most(step, min, max)?;
+                // Not where its step is one that is wanted: a power of two, which several meshes may share, is not changed by rounding.
+                let rounded = lattice.rounded(max);
+                Ok(if rounded.step <= step { rounded } else { lattice })
+            }
             LatticeChoice::Given { step, origin } => Lattice::part(step, origin, min, max),
         }
     }

@@ -146,7 +146,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_is_refused() {
-        let mesh = shapes::sphere(2);
+        let mesh = shapes::sphere(3);
         let refused = |resources: Vec<Resource>, why: &str| match Encoder::default()
             .resources(resources)
             .encode_to_vec(&mesh)

@@ -29,6 +29,18 @@ impl Lattice {
         Self { origin: min, step: extent / f64::from((1u32 << bits) - 1), bits }
     }
 
+    /// Nearly the same lattice, over a bounding box up to `max`, of numbers that binary32 holds, which take half the bytes in a file: the step is
+    /// rounded up, the origin down, but not where that would move it by more than a small part of a step. One whose origin is of binary32, as
+    /// those of meshes in binary32 are, stays: what is symmetric on it would no longer be, for four bytes.
+    pub fn rounded(self, max: [f64; 3]) -> Self {
+        let origin = self.origin.map(|x| -rounded_up(-x));
+        let moved = |k: usize| self.origin[k] - origin[k];
+        let whole = Self::over(origin, max, self.bits);
+        let step = rounded_up(whole.step);
+        let is_better = origin != self.origin && (0..3).all(|k| moved(k) <= self.step / 128.0);
+        if is_better && (step as f32).is_normal() { Self { step, ..whole } } else { self }
+    }
+
     /// The lattice of the fewest bits over a bounding box whose step is at most `step`, which is above 0.
     ///
     /// # Errors
@@ -128,6 +140,12 @@ fn nearest(x: f64, origin: f64, step: f64) -> f64 {
     if (difference - (below + 0.5) * step) + lost >= 0.0 { below + 1.0 } else { below }
 }
 
+/// The least number of binary32 that is not less than `x`.
+fn rounded_up(x: f64) -> f64 {
+    let near = x as f32;
+    f64::from(if f64::from(near) < x { near.next_up() } else { near })
+}
+
 /// Of normal numbers.
 fn is_power_of_two(x: f64) -> bool {
     x.is_normal() && x > 0.0 && x.to_bits() << 12 == 0
@@ -152,6 +170,34 @@ pub fn bounds(positions: impl Iterator<Item = [f64; 3]>) -> Option<([f64; 3], [f
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// A box of decimals: binary32 holds the lattice, whose corners are the box's to a small part of a step; far from the origin it does not hold the
+    /// box's corner so well, and a box without extent has no step to round.
+    #[test]
+    fn rounded_lattices_take_half_the_bytes() {
+        let short = |x: f64| f64::from(x as f32) == x;
+        let (min, max) = ([12.6055, -0.1, 0.0], [13.7, 4.5, 1.0]);
+        for bits in [8, 12, 14] {
+            let lattice = Lattice::over(min, max, bits).rounded(max);
+            assert!(lattice.origin.iter().all(|&x| short(x)) && short(lattice.step), "{lattice:?}");
+            let [first, last] = [min, max].map(|p| lattice.quantise(p));
+            assert_eq!(first, [0; 3]);
+            assert!(
+                last[1] == lattice.max_coordinate() && lattice.unclamped(max[1], 1) <= f64::from(last[1])
+            );
+            let back = [first, last].map(|q| lattice.position(q));
+            let off = |k: usize| (back[0][k] - min[k]).abs().max((back[1][k] - max[k]).abs());
+            assert!((0..3).all(|k| off(k) <= 0.51 * lattice.step), "{lattice:?}");
+        }
+        let fine = Lattice::over(min, max, 20);
+        assert_eq!(fine.rounded(max), fine, "binary32 is too coarse");
+        let far = Lattice::over([5e6 + 0.3, 0.0, 0.0], [5e6 + 1.0, 1.0, 1.0], 14);
+        assert_eq!(far.rounded([5e6 + 1.0, 1.0, 1.0]), far);
+        let point = Lattice::over([0.1; 3], [0.1; 3], 14);
+        assert_eq!(point.rounded([0.1; 3]), point);
+        let short = Lattice::over([-0.5, 0.0, 1.0], [0.1; 3], 12);
+        assert_eq!(short.rounded([0.1; 3]), short, "its origin is of binary32");
+    }
 
     #[test]
     fn nearest_point_within_half_a_step() {

@@ -89,7 +89,7 @@ pub struct Options {
     pub beta: f64,
     /// d, the number of random vertices that a choice of [`Method::Stellar`] compares; at least 1.
     pub choices: u32,
-    /// Vertices to stop at; [`default_base_vertices`] where not given.
+    /// Vertices to stop at; where not given [`default_base_vertices`], or up to an eighth more if the level before has no more.
     pub base_vertices: Option<usize>,
     /// Largest share of a level's vertices that the level may remove, above 0 and at most 1. No level removes more than half of the
     /// triangles.
@@ -244,6 +244,10 @@ pub fn simplify(
         let half = remover.table.triangle_count() / 2;
         let error = errors.last().map_or(0.0, |error| error.max) / remover.places.frame.length(1.0);
         let mut may_go_on = false;
+        // A last level of a few vertices would hardly differ from the base, and take as much of the table as another.
+        if options.base_vertices.is_none() && remover.vertices <= most_base_vertices(target_now) {
+            target_now = remover.vertices;
+        }
         if remover.vertices > target_now {
             let size = error * error;
             let gone = components.leave(&mut remover, Lack { size, triangles: half, vertices: usize::MAX });
@@ -335,6 +339,11 @@ const GROWTH: f64 = 1.5;
 /// are locked, as many others stay as of a mesh of the others, for locked ones lie where they must and tell nothing of what is between.
 pub fn default_base_vertices(vertices: usize, locked: usize) -> usize {
     locked + (vertices.saturating_sub(locked) / 200).max(LEAST)
+}
+
+/// Vertices that a base may have where so many are to stop at by themselves: what is above would be a level of fewer than one in eight.
+pub fn most_base_vertices(target: usize) -> usize {
+    target + target / 8
 }
 
 #[cfg(test)]
@@ -432,6 +441,19 @@ mod tests {
         assert!(done.base.vertex_slots() > 900 && removal::vertices(&done.base).count() == 40);
         // Rounding to 14 bits of 4 units.
         assert!(error.max < 3e-4, "{error:?}");
+    }
+
+    /// No level is made of the last few vertices, but where a base of so many is asked for.
+    #[test]
+    fn the_last_level_is_no_small_one() {
+        let mesh = shapes::sphere(2);
+        let levels = |base_vertices: Option<usize>| {
+            let (_, done) = simplified(&mesh, &Options { base_vertices, ..Options::default() });
+            (removal::vertices(&done.base).count(), done.history.level_count())
+        };
+        assert!((150..162).contains(&default_base_vertices(162, 0)));
+        assert_eq!(levels(None), (162, 0));
+        assert_eq!(levels(Some(150)), (150, 1));
     }
 
     /// Locked vertices are no part of what a base is made of.

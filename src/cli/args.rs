@@ -10,7 +10,7 @@ use unweld::simplify;
 /// How the next vertex is chosen.
 #[derive(Clone, Copy, Debug, ValueEnum)]
 pub enum Method {
-    /// `ffc`; `stellar` where corners have values and at levels that take rows
+    /// `ffc`; `stellar` at levels that take rows, unless corners have values
     Auto,
     /// The best of some random vertices
     Stellar,

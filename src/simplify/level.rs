@@ -19,13 +19,15 @@ pub struct Allowance {
     pub budget: f64,
     /// Triangles of components that the level has left out already.
     pub gone: usize,
+    /// Vertices that are to go in this level and all coarser ones, where the level is to take but what is cheap beside them.
+    pub wanted: usize,
 }
 
 /// Removes one level: first the vertices of the pattern's class, if any, then those that the method chooses, and no more than half of the
 /// triangles (but for one vertex). `report` is told the vertices left.
 pub fn remove_level(
     remover: &mut Remover,
-    Allowance { quota, budget, gone }: Allowance,
+    Allowance { quota, budget, gone, wanted }: Allowance,
     options: &Options,
     random: &mut SplitMix64,
     report: &mut dyn FnMut(usize) -> Result<()>,
@@ -55,6 +57,9 @@ pub fn remove_level(
     let share = if preferred.is_some() { FILL * budget } else { budget };
     let (mut candidates, mut sample) = level.remover.candidates(every);
     let dear = if budget < 1.0 { dear(&mut sample, level.remover.noise()) } else { f32::INFINITY };
+    // A level that takes whatever there is takes what is dear, too.
+    let wanted = if budget < 1.0 { wanted as f64 / candidates.len().max(1) as f64 } else { f64::INFINITY };
+    let dear = dear.min(cheapest(&mut sample, AT_ONCE * wanted));
     let [of_class, cheap, most] = affordable(sample, [OF_CLASS * budget, FIRST_PASS * share, share]);
     let [cheap, most] = [cheap, most].map(|cost| cost.min(dear));
     if let Some(lines) = &level.remover.lines {
@@ -84,6 +89,15 @@ fn affordable<const N: usize>(mut costs: Vec<f32>, shares: [f64; N]) -> [f32; N]
         });
         dear.copied().unwrap_or(f32::INFINITY)
     })
+}
+
+/// The cost up to which a share of the vertices cost.
+fn cheapest(sample: &mut [f32], share: f64) -> f32 {
+    if share >= 1.0 || sample.is_empty() {
+        return f32::INFINITY;
+    }
+    let at = ((share * sample.len() as f64) as usize).min(sample.len() - 1);
+    *sample.select_nth_unstable_by(at, f32::total_cmp).1
 }
 
 /// The cost from which on a vertex waits, whatever the budget: in a level that takes flat faces nothing that is bent has to go, for what
@@ -234,6 +248,11 @@ const FILL: f64 = 0.5;
 /// How many times the median of its class a vertex may cost: six times as far off, in stars of one size. Noise hardly goes that far.
 const OUTLIER: f64 = 36.0;
 
+/// Share of the vertices still to go, the cheapest, to which a level keeps. If removals changed no cost, all of these would go in the end and none
+/// that is dearer; half leaves room for those that become cheap, or dear, by what goes first. A level could seldom take more: of neighbours one
+/// stays.
+const AT_ONCE: f64 = 0.5;
+
 /// Candidates that a random choice is made from.
 const WINDOW: usize = 256;
 
@@ -265,6 +284,16 @@ mod tests {
         // Where nothing is flat, the quarter tells.
         assert_eq!(dear(&mut [4.0, 3.0, 2.0, 1.0], 1e-4), DEAR * DEAR * 2.0);
         assert_eq!(dear(&mut [], 1.0), f32::INFINITY);
+    }
+
+    #[test]
+    fn what_is_cheap_beside_all_that_goes_is_a_share_of_the_costs() {
+        let costs = [5.0, 0.0, 3.0, 1.0, 4.0, 2.0, 7.0, 6.0];
+        for (share, expected) in [(0.0, 0.0), (0.25, 2.0), (0.5, 4.0), (0.99, 7.0), (1.0, f32::INFINITY)] {
+            assert_eq!(cheapest(&mut costs.clone(), share), expected, "{share}");
+        }
+        assert_eq!(cheapest(&mut costs.clone(), f64::INFINITY), f32::INFINITY);
+        assert_eq!([0.5, f64::INFINITY].map(|share| cheapest(&mut [], share)), [f32::INFINITY; 2]);
     }
 
     /// What is dear is what the default budget ends at where distances spread as a normal distribution does.

@@ -46,7 +46,7 @@ use births::{Components, Lack};
 use bitvec::vec::BitVec;
 use frame::{Frame, Places};
 use level::Allowance;
-use removal::{Kept, Remover};
+use removal::{Kept, Remover, vertices};
 use rows::{Pattern, Rows};
 use seconds::timed;
 use values::Corners;
@@ -54,8 +54,8 @@ use values::Corners;
 /// How the next vertex is chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Method {
-    /// [`Method::Ffc`] but [`Method::Stellar`] where corners have values, and at levels that take the rows of a regular sampling: there a
-    /// queue would take what is left in another order than that of the rows. Where levels neither follow rows nor have values, shape has three
+    /// [`Method::Ffc`] but [`Method::Stellar`] at levels that take the rows of a regular sampling where corners have no values: there a queue
+    /// would take what is left in another order than that of the rows. Where levels neither follow rows nor have values, shape has three
     /// quarters of its weight.
     #[default]
     Auto,
@@ -133,14 +133,20 @@ impl Options {
         Self { level_budget: 0.3, regular: Regular::Followed, ..Self::default() }
     }
 
-    /// The same for a mesh whose corners have values.
+    /// The same for a mesh of so many vertices whose corners have values.
     ///
     /// What coarse levels lack of values is seen sooner than what they lack of the surface, and costs bits: each new vertex's values are told
-    /// by how far they are off those around it. So small levels pay, and rows do not where they are but preferred; and as values tell what a
-    /// poor triangle shows, its shape counts for less.
-    fn for_values(&self) -> Self {
-        let regular = if self.regular == Regular::Preferred { Regular::Followed } else { self.regular };
-        let method = if self.method == Method::Auto { Method::Stellar } else { self.method };
+    /// by how far they are off those around it. So small levels pay, the cheapest vertices first, and rows do not where they are but preferred;
+    /// and as values tell what a poor triangle shows, its shape counts for little. Rows make the file smaller that goes on to the input: who
+    /// asks for a base of many vertices wants it for itself, and there they are of no use, for whole rows are taken across whatever is seen.
+    fn for_values(&self, vertices: usize) -> Self {
+        let is_large = |base: usize| base.saturating_mul(FEW) > vertices;
+        let regular = match self.regular {
+            _ if self.base_vertices.is_some_and(is_large) => Regular::Ignored,
+            Regular::Preferred => Regular::Followed,
+            regular => regular,
+        };
+        let method = if self.method == Method::Auto { Method::Ffc } else { self.method };
         Self {
             method,
             level_budget: self.level_budget.min(BUDGET_OF_VALUES),
@@ -203,7 +209,7 @@ pub fn simplify(
     let corners = Corners::new(&table, values)?;
     let gives_up = !binding && corners.as_ref().is_some_and(Corners::have_charts);
     let has_values = corners.as_ref().is_some_and(Corners::vary);
-    let options = &if has_values { options.for_values() } else { options.clone() };
+    let options = &if has_values { options.for_values(vertices(&table).count()) } else { options.clone() };
     let mut remover = Remover::new(table, places, Kept { locked, gives_up, corners, bodies }, options);
     let start = remover.vertices;
     let held = remover.held();
@@ -270,7 +276,8 @@ pub fn simplify(
             is_first = false;
             remover.begin_level(pattern);
             if quota > 0 {
-                let allowance = Allowance { quota, budget, gone };
+                let wanted = if has_values { remover.vertices - target_now } else { usize::MAX };
+                let allowance = Allowance { quota, budget, gone, wanted };
                 level::remove_level(&mut remover, allowance, options, &mut random, &mut report)?;
             }
         }
@@ -326,9 +333,11 @@ pub fn simplify(
 const BUDGET_OF_VALUES: f64 = 0.2;
 /// What of the weight of shape is left where there are no rows: round triangles let levels be coded in fewer bytes, most of all of rows.
 const SHAPE_WITHOUT_ROWS: f64 = 0.75;
-/// What of the weight of shape is left where there are values.
-const SHAPE_BESIDE_VALUES: f64 = 0.5;
-/// Vertices of the input for each that a base may have before components are left out of it that are larger than its error.
+/// What of the weight of shape is left where there are values: enough to choose between triangulations that show the same, not to let a vertex
+/// go before one whose absence shows less.
+const SHAPE_BESIDE_VALUES: f64 = 0.1;
+/// Vertices of the input for each that a base may have before components are left out of it that are larger than its error, or it is a large
+/// one.
 const FEW: usize = 50;
 /// So many it may have anyway.
 const LEAST: usize = 150;

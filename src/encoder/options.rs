@@ -170,7 +170,7 @@ impl Options {
             LatticeChoice::Bits => Ok(whole.rounded(max)),
             LatticeChoice::AtMost(step) => {
                 let lattice = Lattice::at_most(step, min, max)?;
-                // Not where its step is one that is wanted: a power of two, which several meshes may share, is not changed by rounding.
+                // Rounding goes up, and may go beyond what is asked for.
                 let rounded = lattice.rounded(max);
                 Ok(if rounded.step <= step { rounded } else { lattice })
             }

@@ -173,11 +173,10 @@ impl Pack {
         for Elements { view, begin, mode, stride } in std::mem::take(&mut self.elements) {
             let length = self.views[view]["byteLength"].as_u64().map_or(0, |length| length as usize);
             let stretch = &plain[begin - first..][..length];
-            let packed = mode.pack(stretch, stride);
-            if packed.len() >= length {
+            let Some(packed) = mode.pack(stretch, stride).filter(|packed| packed.len() < length) else {
                 self.views[view]["byteOffset"] = self.put(stretch).into();
                 continue;
-            }
+            };
             let extension = json!({
                 "buffer": 0, "byteOffset": self.put(&packed), "byteLength": packed.len(),
                 "byteStride": stride, "count": length / stride, "mode": mode.name(),

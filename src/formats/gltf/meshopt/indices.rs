@@ -212,7 +212,7 @@ fn number(rest: &mut &[u8]) -> Option<u32> {
     Some(number)
 }
 
-/// The contrary of [`number`].
+/// The inverse of [`number`].
 fn put(mut number: u32, data: &mut Vec<u8>) {
     while number > 127 {
         data.push(number as u8 | 128);
@@ -221,7 +221,8 @@ fn put(mut number: u32, data: &mut Vec<u8>) {
     data.push(number as u8);
 }
 
-/// How second and third vertices come that follow a new one, where that is half a byte; the last two are not used.
+/// How second and third vertices come that follow a new one, where that is half a byte; the last two are not used. Every file has such a table of
+/// its own; these are the pairs that meshoptimizer writes.
 const TABLE_OF_PAIRS: [u8; TABLE] =
     [0x00, 0x76, 0x87, 0x56, 0x67, 0x78, 0xa9, 0x86, 0x65, 0x89, 0x68, 0x98, 0x01, 0x69, 0, 0];
 const TABLE: usize = 16;

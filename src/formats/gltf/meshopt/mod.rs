@@ -38,14 +38,14 @@ impl Mode {
         }
     }
 
-    /// Packs elements of `stride` bytes: vertices, or else indices of triangles, which may begin with another corner when they are unpacked.
-    pub(super) fn pack(self, bytes: &[u8], stride: usize) -> Vec<u8> {
+    /// Packs elements of `stride` bytes: vertices, or indices of triangles, which may begin with another corner when they are unpacked.
+    /// `None` for lists of indices, which are only read.
+    pub(super) fn pack(self, bytes: &[u8], stride: usize) -> Option<Vec<u8>> {
         let index = |bytes: &[u8]| bytes.iter().rev().fold(0, |index, &byte| index << 8 | u32::from(byte));
         match self {
-            Self::Attributes => vertices::pack(bytes, stride),
-            Self::Triangles | Self::Indices => {
-                indices::pack(&bytes.chunks(stride).map(index).collect::<Vec<_>>())
-            }
+            Self::Attributes => Some(vertices::pack(bytes, stride)),
+            Self::Triangles => Some(indices::pack(&bytes.chunks(stride).map(index).collect::<Vec<_>>())),
+            Self::Indices => None,
         }
     }
 }

@@ -9,8 +9,8 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 use unweld::codec::grid::Real;
 use unweld::container::{Contents, Part, plan_from_keyframe};
-use unweld::decoder::{self, Decoder, Event};
-use unweld::encoder::{Encoder, Keyframes, Options};
+use unweld::decoder::{self, Decoder, Event, Until};
+use unweld::encoder::{Encoder, Keyframes, Options, Preview};
 use unweld::mesh::attributes::{Attribute, Domain, NO_VALUE, Semantic, Values};
 use unweld::mesh::{IndexedMesh, shapes};
 
@@ -246,5 +246,46 @@ proptest! {
         }
         let exact = exact.then_some(Real::Binary64);
         every_way(&mesh, Options { exact, ..Options::default() });
+    }
+}
+
+/// Attributes are told of 64 operations together; decoding stops at any one of them all the same, with the values of all corners there are.
+#[test]
+fn decoding_stops_between_operations_that_are_told_of_together() {
+    let mut mesh = shapes::bumpy_sphere(3, 1);
+    let numbers: Vec<u32> = (0..mesh.positions.len() as u32).collect();
+    let of_vertices = mesh.triangles.as_flattened().to_vec();
+    mesh.attributes.push(Attribute::new(Semantic::Generic, 1, Values::U32(numbers), of_vertices));
+    // A vertex stays where it is born.
+    let options = Options { lifting: Some(0), preview: Preview::Off, ..Options::default() };
+    let file = Encoder::new(options).encode_to_vec(&mesh).unwrap();
+    let decode = |until: Until, undo: bool| {
+        let decoder = decoder::decode(&file, decoder::Options { until, undo, ..Default::default() }).unwrap();
+        decoder.mesh().table.check().unwrap();
+        let now = decoder.assembled().unwrap();
+        let numbers = now.triangles.iter().enumerate().flat_map(|(t, triangle)| {
+            let at = |k: usize| now.attributes[0].values.bits(now.attributes[0].at(t, k).expect("a value"));
+            [0, 1, 2].map(|k| (at(k), now.positions[triangle[k] as usize].map(f64::to_bits)))
+        });
+        (numbers.collect::<BTreeMap<_, _>>(), decoder)
+    };
+    let (all, whole) = decode(Until::default(), false);
+    assert_eq!(all.len(), mesh.positions.len());
+    let base = u64::from(whole.contents().unwrap().header.base_vertices);
+    let most = whole.operations();
+    let wanted = (0..10).map(|k| most.saturating_sub(50 * k + k * k)).chain([1, 63, 64, 65, most - 1]);
+    for operations in wanted {
+        let (there, mut at) = decode(Until { operations, ..Until::default() }, operations % 2 == 0);
+        assert_eq!((at.operations(), there.len() as u64), (operations, base + operations));
+        assert!(there.iter().all(|(number, position)| all[number] == *position));
+        if operations > 0 && operations % 2 == 0 {
+            let level = at.coarsen().unwrap().expect("a level below");
+            let (below, _) = decode(Until { level, ..Until::default() }, false);
+            assert_eq!(at.mesh().positions.len(), below.len());
+        }
+    }
+    for triangles in [400, 401, 777] {
+        let (_, at) = decode(Until { triangles, ..Until::default() }, false);
+        assert!((triangles - 1..=triangles).contains(&(at.mesh().table.triangle_count() as u32)));
     }
 }

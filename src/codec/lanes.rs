@@ -73,6 +73,13 @@ mod x86 {
         min_m128(a, b)
     }
 
+    /// x where a < b, else y.
+    #[inline(always)]
+    pub fn where_less(a: Lanes, b: Lanes, x: Lanes, y: Lanes) -> Lanes {
+        let is_less = cmp_lt_mask_m128(a, b);
+        bitor_m128(bitand_m128(is_less, x), bitandnot_m128(is_less, y))
+    }
+
     /// [`truncate`] of each.
     #[inline(always)]
     pub fn truncated(a: Lanes) -> [i32; 4] {
@@ -170,6 +177,11 @@ mod wasm {
     #[inline(always)]
     pub fn min(a: Lanes, b: Lanes) -> Lanes {
         f32x4_pmin(a, b)
+    }
+
+    #[inline(always)]
+    pub fn where_less(a: Lanes, b: Lanes, x: Lanes, y: Lanes) -> Lanes {
+        v128_bitselect(x, y, f32x4_lt(a, b))
     }
 
     #[inline(always)]
@@ -275,6 +287,11 @@ mod portable {
     }
 
     #[inline(always)]
+    pub fn where_less(a: Lanes, b: Lanes, x: Lanes, y: Lanes) -> Lanes {
+        Lanes(from_fn(|i| if a.0[i] < b.0[i] { x.0[i] } else { y.0[i] }))
+    }
+
+    #[inline(always)]
     pub fn truncated(a: Lanes) -> [i32; 4] {
         a.0.map(|x| x as i32)
     }
@@ -328,6 +345,7 @@ mod tests {
             prop_assert!(same(sqrt(abs(a[2])), portable::sqrt(portable::abs(b[2]))));
             prop_assert!(same(max(a[2], a[3]), portable::max(b[2], b[3])));
             prop_assert!(same(min(a[2], a[3]), portable::min(b[2], b[3])));
+            prop_assert!(same(where_less(a[0], a[1], a[2], a[3]), portable::where_less(b[0], b[1], b[2], b[3])));
             prop_assert!(same(turned(a[3]), portable::turned(b[3])));
             for (x, y) in transposed(a).into_iter().zip(portable::transposed(b)) {
                 prop_assert!(same(x, y));

@@ -141,6 +141,12 @@ impl Four {
     pub fn min(self, other: Self) -> Self {
         Self(lanes::min(self.0, other.0))
     }
+
+    /// Those of `this` where these are below `bound`, those of `that` elsewhere.
+    #[inline(always)]
+    pub fn below(self, bound: Self, this: Self, that: Self) -> Self {
+        Self(lanes::where_less(self.0, bound.0, this.0, that.0))
+    }
 }
 
 impl Add for Four {
@@ -202,6 +208,12 @@ impl Vectors {
         Self { x, y, z }
     }
 
+    /// The coordinates: those of all four along each axis.
+    #[inline(always)]
+    pub fn coordinates(self) -> [[f32; 4]; 3] {
+        [self.x, self.y, self.z].map(Four::floats)
+    }
+
     /// The dot products, as [`Vector::dot`].
     #[inline(always)]
     pub fn dot(self, other: Self) -> Four {
@@ -216,6 +228,15 @@ impl Vectors {
             y: self.z * other.x - self.x * other.z,
             z: self.x * other.y - self.y * other.x,
         }
+    }
+}
+
+impl Mul<Four> for Vectors {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, s: Four) -> Self {
+        Self { x: self.x * s, y: self.y * s, z: self.z * s }
     }
 }
 

@@ -1,5 +1,7 @@
 //! From atoms to the mesh: what a segment has to remember, and no more.
 
+mod operations;
+
 use super::finest::{Finest, Level0};
 use super::log::Log;
 use super::resources::Resources;
@@ -7,15 +9,15 @@ use super::{Delta, Event, Options};
 use crate::codec::attributes::{Attributes, Ground, Nothing, RefinedModels};
 use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Behind, Expected};
-use crate::codec::lift::{Cells, plus};
+use crate::codec::lift::Cells;
 use crate::codec::precision::PrecisionPass;
-use crate::codec::refinement::{Inserted, LevelPass, RefinementError, SegmentModels, Unknown};
+use crate::codec::refinement::{LevelPass, SegmentModels};
 use crate::codec::walk::{Tour, Walk};
 use crate::codec::whole::WholeError;
 use crate::container::{Atom, AtomKind, AttributeEntry, Contents, Level, Metadata, ResourceEntry};
 use crate::entropy::{CodingError, RangeDecoder};
 use crate::error::{Error, FormatError, Result};
-use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, WORK_AN_OPERATION, make_room};
+use crate::limits::{Budget, WORK_A_SLOT, WORK_A_STEP, make_room};
 use crate::mesh::corner_table::MAX_TRIANGLES;
 use crate::mesh::{CornerTable, IndexedMesh, Vertex};
 use crate::refine::{ProgressiveMesh, Site, from_cell};
@@ -572,145 +574,6 @@ impl Session {
         Ok(())
     }
 
-    fn refine(
-        &mut self,
-        contents: &Contents,
-        atom: &Atom,
-        payload: &[u8],
-        events: &mut VecDeque<Event>,
-    ) -> Result<()> {
-        if let Pass::None(before) = &mut self.pass {
-            let before = before.take();
-            let cells = cells(contents, atom.level);
-            self.pay_for_walk()?;
-            let needed = u64::from(contents.levels[atom.level as usize].triangles);
-            if needed >= MAX_TRIANGLES as u64 {
-                return Err(Error::Limit { what: "triangles", needed, allowed: MAX_TRIANGLES as u64 - 1 });
-            }
-            // A level is at most twice as large as the one before, but for what nobody writes.
-            let level = &contents.levels[atom.level as usize];
-            let added = level.vertices as usize - self.mesh.positions.len();
-            self.make_room(contents, added.min(self.mesh.positions.len()))?;
-            self.walked = self.mesh.table.slots();
-            let held = LevelPass::bytes(self.mesh.room(), self.walked, self.boundary);
-            self.budget.exchange(&mut self.pass_held, held)?;
-            self.pass = Pass::Level(Box::new(match before {
-                Some(pass) => pass.next(&self.mesh, cells),
-                None => LevelPass::new(&self.mesh, cells),
-            }));
-        }
-        let first_vertex = self.mesh.positions.len() as u32;
-        let first_triangle = self.mesh.table.slots() as u32;
-        let first_wedge = self.attributes.count;
-        let mut delta = Delta::default();
-        let mut lifts = Vec::new();
-        let outcome = self.operations_of(contents, atom, payload, &mut delta, &mut lifts);
-        sum_up(lifts, &mut delta);
-        delta.vertices = first_vertex..self.mesh.positions.len() as u32;
-        delta.wedges = first_wedge..self.attributes.count;
-        delta.triangles = first_triangle..self.mesh.table.slots() as u32;
-        if !delta.vertices.is_empty() {
-            events.push_back(Event::Refined(delta));
-        }
-        outcome?;
-        if self.stopped {
-            self.stopped = false;
-            self.stop(events);
-        } else if atom.last {
-            let coarser = &contents.levels[atom.level as usize + 1];
-            let added = self.mesh.positions.len() - coarser.vertices as usize;
-            let triangles = self.mesh.table.triangle_count() - coarser.triangles as usize;
-            // An operation adds two triangles inside, and at the boundary one triangle and one boundary edge.
-            self.boundary += 2 * added - triangles;
-            if contents.born(atom.level) == [0; 2] {
-                self.complete(contents, atom.level, events)?;
-            }
-        }
-        Ok(())
-    }
-
-    /// Carries out the operations of one atom, as far as wanted.
-    fn operations_of(
-        &mut self,
-        contents: &Contents,
-        atom: &Atom,
-        payload: &[u8],
-        delta: &mut Delta,
-        lifts: &mut Vec<Moved>,
-    ) -> Result<()> {
-        let fault = |what: String| FormatError::new(atom.offset, "5.3", what);
-        let until = self.options.until;
-        let triangles = self.mesh.table.triangle_count();
-        let mut coder = RangeDecoder::new(payload);
-        // At valence 6, and no more than a few pages on a table's word.
-        let ahead = CHUNK.min(atom.items) as usize;
-        if self.tells {
-            delta.parents.reserve(ahead);
-            delta.rewritten.reserve(4 * ahead);
-        }
-        for k in 0..atom.items {
-            if k.is_multiple_of(CHUNK) {
-                let ahead = CHUNK.min(atom.items - k) as usize;
-                self.pay_for(contents, ahead, delta, lifts.capacity())?;
-            }
-            if self.operations >= until.operations
-                || self.mesh.table.triangle_count() as u32 + 2 > until.triangles
-            {
-                self.stopped = true;
-                return Ok(());
-            }
-            let Pass::Level(pass) = &mut self.pass else {
-                return Err(fault("operations inside a precision pass".into()).into());
-            };
-            let step = pass.step(&mut self.mesh, &mut self.models, &mut coder, &mut Unknown);
-            let inserted = step.map_err(|e| match e {
-                RefinementError::Coding(e) => fault(e.to_string()),
-                RefinementError::OffLattice(_) => fault(e.to_string()),
-            })?;
-            let Some(inserted) = inserted else {
-                return Err(fault(format!("the level ends after {k} of {} operations", atom.items)).into());
-            };
-            self.operations += 1;
-            if self.tells {
-                tell(delta, inserted, self.flips);
-                if let (Some(by), Site::Edge(a, b)) = (inserted.lift, inserted.site) {
-                    lifts.extend([a, b].map(|w| (w.0, by)));
-                }
-            }
-            if let Some(log) = &mut self.log {
-                log.push(inserted, &self.attributes.wedges);
-            }
-            if !self.attributes.wedges.is_empty() {
-                let (v, carried) = (inserted.vertex, inserted.carried());
-                let (attributes, budget) = (&mut self.attributes, &mut self.budget);
-                if self.refined.is_none() {
-                    budget.hold(&mut self.refined_held, attributes.model_bytes())?;
-                }
-                let models = self.refined.get_or_insert_with(|| Box::new(attributes.models()));
-                let outcome =
-                    attributes.refine(models, &self.mesh, v, &carried, &mut coder, &Nothing, budget);
-                outcome.map_err(|e| e.at(atom.offset, "13.9"))?;
-            }
-        }
-        coder.finish().map_err(|e| fault(e.to_string()))?;
-        let added = self.mesh.table.triangle_count() - triangles;
-        if added != atom.triangles as usize {
-            return Err(fault(format!("{added} triangles added instead of {}", atom.triangles)).into());
-        }
-        Ok(())
-    }
-
-    /// Debits the next operations, and what those before have told and recorded.
-    fn pay_for(&mut self, contents: &Contents, ahead: usize, delta: &Delta, lifts: usize) -> Result<()> {
-        self.budget.take_work(WORK_AN_OPERATION * ahead as u64)?;
-        // The list of lifts, and the one of vertices that is made of it, as if each were copied to one twice as long.
-        self.budget.hold(&mut self.told, delta.bytes() + 4 * size_of::<Moved>() * lifts)?;
-        if let Some(log) = &self.log {
-            self.budget.hold(&mut self.log_held, log.bytes())?;
-        }
-        self.make_room(contents, ahead)
-    }
-
     pub fn take_resource(&mut self, number: usize) -> Option<Vec<u8>> {
         self.resources.take(number, &mut self.budget)
     }
@@ -742,9 +605,6 @@ impl Session {
     }
 }
 
-/// A vertex that was there before, and by how much a split has moved it.
-type Moved = (u32, [i32; 3]);
-
 /// The cells of the vertices of a level of the file.
 fn cells(contents: &Contents, level: u32) -> Cells {
     let header = &contents.header;
@@ -752,31 +612,6 @@ fn cells(contents: &Contents, level: u32) -> Cells {
     Cells { bits: header.lattice.bits, precision, lifting: header.coding.lifting }
 }
 
-/// Tells which vertices lifts have moved, and how far.
-fn sum_up(mut lifts: Vec<Moved>, delta: &mut Delta) {
-    lifts.sort_unstable_by_key(|&(v, _)| v);
-    for of_one in lifts.chunk_by(|x, y| x.0 == y.0) {
-        let by = of_one.iter().fold([0; 3], |sum, &(_, by)| plus(sum, by));
-        if by != [0; 3] {
-            delta.moved.push(of_one[0].0);
-            let squares = by.map(|x| f64::from(x) * f64::from(x));
-            delta.shift = delta.shift.max(squares.iter().sum::<f64>().sqrt());
-        }
-    }
-}
-
-/// Adds an operation to a delta.
-fn tell(delta: &mut Delta, inserted: &Inserted, flips: bool) {
-    // Triangles that are not new are in the star of no second operation of this level, so they are new to the delta.
-    delta.rewritten.extend(inserted.star[inserted.created..].iter().map(|c| c.triangle().0));
-    delta.parents.push(inserted.site);
-    if flips {
-        delta.flips.extend(inserted.flips.iter().map(|&[p, q]| [inserted.vertex, p, q]));
-    }
-}
-
-/// Operations that the budget is debited for at a time.
-const CHUNK: u32 = 1024;
 /// What going down takes for a vertex: two further positions; its component, and its place in the queue by which that is found.
 const BYTES_TO_GO_DOWN: usize = 2 * 12 + 2 * 4;
 /// What a level takes in the contents: its entry, and where its atoms and its keyframe are.

@@ -1,4 +1,4 @@
-//! Attributes in the replay from the base to level 0: where they are born, and behind every operation since.
+//! Attributes in the replay from the base to level 0: where they are born, and behind operations since.
 
 use super::attribute_errors::{AttributeErrors, LevelMesh};
 use super::labelling::Labelling;
@@ -24,6 +24,9 @@ pub struct Alive<'a> {
     attributes: Attributes,
     models: Option<RefinedModels>,
     ring: Vec<Corner>,
+    /// Operations of which nothing has been coded, and bytes that each of them will take, as those before it did.
+    owed: usize,
+    each: f64,
     /// Bits of all that has been coded.
     pub bits: f64,
 }
@@ -45,8 +48,16 @@ impl<'a> Alive<'a> {
             attributes: Attributes::new(entries.iter().map(AttributeEntry::kind)),
             models: None,
             ring: Vec::new(),
+            owed: 0,
+            // Nothing is known of them: as if integers were of two bytes.
+            each: entries.iter().map(|entry| 2.0 * entry.kind().integers() as f64).sum(),
             bits: 0.0,
         }
+    }
+
+    /// Bytes that will about be taken by what operations owe.
+    pub fn owed_bytes(&self) -> usize {
+        (self.owed as f64 * self.each) as usize
     }
 
     /// The attributes that are alive at a level, but those that are born at level 0.
@@ -111,21 +122,29 @@ impl<'a> Alive<'a> {
         self.models = None;
     }
 
-    /// Codes what an operation does to attributes.
-    pub fn refine(&mut self, mesh: &ProgressiveMesh, inserted: &Inserted, coder: &mut RangeEncoder) -> u64 {
+    /// An operation has been carried out. What it does to attributes is coded by [`Self::refine`], behind
+    /// [`TOGETHER`](crate::codec::attributes::TOGETHER) operations at most.
+    pub fn carry(&mut self, mesh: &ProgressiveMesh, inserted: &Inserted) {
         let v = inserted.vertex;
         self.labelling.apply(&mut self.labels, &mesh.table, v, &mut self.ring);
-        if self.attributes.wedges.is_empty() {
-            return 0;
+        if !self.attributes.wedges.is_empty() {
+            let models = self.models.get_or_insert_with(|| self.attributes.models());
+            self.attributes.carry(models, mesh, v, &inserted.carried());
+            self.owed += 1;
         }
+    }
+
+    /// Codes what operations do to attributes, those since the last time. Told is the work that reading it takes.
+    pub fn refine(&mut self, mesh: &ProgressiveMesh, coder: &mut RangeEncoder) -> u64 {
+        let Some(models) = &mut self.models else { return 0 };
         let mut budget = Budget::unlimited();
         let before = coder.bits();
-        let models = self.models.get_or_insert_with(|| self.attributes.models());
         let known = Labelled { truth: &self.labelling.truth, labels: &self.labels, further: &[] };
-        let outcome =
-            self.attributes.refine(models, mesh, v, &inserted.carried(), coder, &known, &mut budget);
+        let outcome = self.attributes.refine(models, mesh, coder, &known, &mut budget);
         outcome.expect("a writer's numbers can be written");
-        self.bits += coder.bits() - before;
+        let bits = coder.bits() - before;
+        self.each = bits / 8.0 / std::mem::take(&mut self.owed).max(1) as f64;
+        self.bits += bits;
         budget.work()
     }
 

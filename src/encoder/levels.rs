@@ -5,6 +5,7 @@ use super::places::Places;
 use super::work::Work;
 use super::{Options, Report};
 use crate::codec::answers::LevelAnswers;
+use crate::codec::attributes::TOGETHER;
 use crate::codec::edgebreaker::ConnectivityError;
 use crate::codec::keyframe::{self, Written};
 use crate::codec::precision::PrecisionPass;
@@ -265,20 +266,30 @@ impl<'a> Levels<'a> {
         while left > 0 {
             let atom_bytes = self.atom_bytes();
             let mut coder = RangeEncoder::default();
-            let (mut items, before) = (0, self.mesh.table.triangle_count());
+            let (mut items, before) = (0u32, self.mesh.table.triangle_count());
             let (mut of_attributes, mut bits) = (0, 0.0);
-            while left > 0 && (items == 0 || coder.size() < atom_bytes) {
+            loop {
                 let inserted = pass
                     .step(&mut self.mesh, models, &mut coder, &mut answers)
                     .expect("a writer knows its positions to be on the lattice")
                     .expect("the walk of a level meets all its operations");
                 if let Some(alive) = &mut self.alive {
-                    let before = alive.bits;
-                    of_attributes += alive.refine(&self.mesh, inserted, &mut coder);
-                    bits += alive.bits - before;
+                    alive.carry(&self.mesh, inserted);
                 }
                 items += 1;
                 left -= 1;
+                let ahead = self.alive.as_ref().map_or(0, Alive::owed_bytes);
+                let ends = left == 0 || coder.size() + ahead >= atom_bytes;
+                if let Some(alive) = &mut self.alive
+                    && (ends || items.is_multiple_of(TOGETHER as u32))
+                {
+                    let before = alive.bits;
+                    of_attributes += alive.refine(&self.mesh, &mut coder);
+                    bits += alive.bits - before;
+                }
+                if ends {
+                    break;
+                }
             }
             let triangles = (self.mesh.table.triangle_count() - before) as u32;
             self.connectivity_bits += coder.bits() - bits;

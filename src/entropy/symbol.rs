@@ -65,15 +65,8 @@ impl SymbolModel {
     /// The symbol that `value`, below 2^15, falls to.
     #[inline]
     pub(super) fn find(&self, value: u32) -> usize {
-        // sum / 2^FINE + i < value, in fours.
-        let value = (value as i32) << FINE;
-        let mut below = [0; 4];
-        for (sums, floors) in self.sums.chunks_exact(4).zip(FLOORS.chunks_exact(4)) {
-            for lane in 0..4 {
-                below[lane] += i32::from(sums[lane] < value - floors[lane]);
-            }
-        }
-        (below[0] + below[1] + below[2] + below[3]) as usize
+        // sum / 2^FINE + i < value, of all.
+        below(&self.sums, (value as i32) << FINE)
     }
 
     /// Learns a symbol.
@@ -86,6 +79,35 @@ impl SymbolModel {
         }
         self.count = self.count.saturating_add(1);
     }
+}
+
+/// How many sums and floors are together below a value; they do not decrease.
+#[cfg(target_arch = "x86_64")]
+#[inline(always)]
+fn below(sums: &[i32; SYMBOLS], value: i32) -> usize {
+    use safe_arch::*;
+    let value = set_splat_i32_m128i(value);
+    let (sums, _) = sums.as_chunks::<4>();
+    let (floors, _) = FLOORS.as_chunks::<4>();
+    let a = cmp_gt_mask_i32_m128i(sub_i32_m128i(value, floors[0].into()), sums[0].into());
+    let b = cmp_gt_mask_i32_m128i(sub_i32_m128i(value, floors[1].into()), sums[1].into());
+    let c = cmp_gt_mask_i32_m128i(sub_i32_m128i(value, floors[2].into()), sums[2].into());
+    let d = cmp_gt_mask_i32_m128i(sub_i32_m128i(value, floors[3].into()), sums[3].into());
+    let are_below = pack_i16_to_i8_m128i(pack_i32_to_i16_m128i(a, b), pack_i32_to_i16_m128i(c, d));
+    // The last sum is no smaller than any value.
+    move_mask_i8_m128i(are_below).trailing_ones() as usize
+}
+
+/// The same, in fours.
+#[cfg(not(target_arch = "x86_64"))]
+fn below(sums: &[i32; SYMBOLS], value: i32) -> usize {
+    let mut below = [0; 4];
+    for (sums, floors) in sums.chunks_exact(4).zip(FLOORS.chunks_exact(4)) {
+        for lane in 0..4 {
+            below[lane] += i32::from(sums[lane] < value - floors[lane]);
+        }
+    }
+    (below[0] + below[1] + below[2] + below[3]) as usize
 }
 
 /// The floors of the symbols before each, in the units of the sums.

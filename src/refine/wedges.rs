@@ -1,6 +1,7 @@
 //! Which wedge each corner names, and what an operation does to that (spec §13.3, §13.9).
 
 use super::Site;
+use crate::mesh::prefetch::prefetch;
 use crate::mesh::{Corner, CornerTable, Triangle, Vertex};
 
 /// The wedges of a mesh: a wedge is a vertex with one value of every attribute, what a graphics processor calls a vertex.
@@ -29,23 +30,33 @@ pub fn ring_from(table: &CornerTable, v: Vertex, a: Vertex, corners: &mut Vec<Co
     }
 }
 
-/// The corners of the star of the vertex that an operation inserted, as [`ring`].
+/// The first of the corners that [`ring`] tells of, where an operation tells which it is.
 #[inline]
-pub fn ring_of(table: &CornerTable, v: Vertex, operation: &Carried, corners: &mut Vec<Corner>) {
+pub fn first_of(table: &CornerTable, operation: &Carried) -> Corner {
     // Across a→b, (d, b, a) has become (d, b, v) and the new (d, v, a), which is the first then: flips leave the corner at a there.
     match (operation.site, operation.star) {
         (Site::Edge(a, _), &[_, first, ..]) if operation.created == 2 && table.vertex(first.next()) == a => {
-            corners.clear();
-            let mut at = first;
-            loop {
-                corners.push(at);
-                at = table.swing(at);
-                if at == first || at.is_none() {
-                    break;
-                }
-            }
+            first
         }
-        (site, _) => ring(table, v, site, corners),
+        _ => Corner::NONE,
+    }
+}
+
+/// The corners of the star of `v`, as [`ring`], of which the first may be known.
+#[inline]
+pub fn ring_of(table: &CornerTable, v: Vertex, site: Site, first: Corner, corners: &mut Vec<Corner>) {
+    if first.is_none() {
+        ring(table, v, site, corners);
+        return;
+    }
+    corners.clear();
+    let mut at = first;
+    loop {
+        corners.push(at);
+        at = table.swing(at);
+        if at == first || at.is_none() {
+            break;
+        }
     }
 }
 
@@ -97,6 +108,14 @@ impl Wedges {
         self.corners.get(c.triangle().index()).map_or(Self::NONE, |corners| corners[c.place()])
     }
 
+    /// Asks for the triangle of a corner to be brought into the caches.
+    #[inline(always)]
+    pub fn prefetch(&self, c: Corner) {
+        if let Some(corners) = self.corners.get(c.triangle().index()) {
+            prefetch(corners);
+        }
+    }
+
     /// The row of a triangle, or [`Wedges::NONE`].
     #[inline]
     pub fn row(&self, t: Triangle) -> u32 {
@@ -115,22 +134,24 @@ impl Wedges {
 
     /// Corners take wedges as an operation has them: those of the link from the triangles that they come from, those of the new vertex
     /// are open. `table` is the one that it has led to (spec §13.9).
-    #[inline]
+    #[inline(never)]
     pub fn carry(&mut self, table: &CornerTable, operation: &Carried) {
         self.corners.resize(table.slots(), [Self::NONE; 4]);
         let star = operation.star;
         match operation.site {
             Site::Edge(..) => {
                 // (c, a, b) has become (c, a, v) and the new (c, v, b); the corners at v are given, and so across the edge.
+                // Word by word: a whole triangle made of words that have just been written would have to wait for these.
                 for side in 0..operation.created {
                     let (new, old) = (star[side], star[operation.created + side]);
                     let was = &mut self.corners[old.triangle().index()];
-                    let mut made = [Self::NONE; 4];
-                    made[new.prev().place()] = was[old.next().place()];
-                    made[new.next().place()] = was[old.place()];
-                    made[3] = was[3];
+                    let (a, b, row) = (was[old.place()], was[old.next().place()], was[3]);
                     was[old.place()] = Self::NONE;
-                    self.corners[new.triangle().index()] = made;
+                    let made = &mut self.corners[new.triangle().index()];
+                    made[new.prev().place()] = b;
+                    made[new.next().place()] = a;
+                    made[new.place()] = Self::NONE;
+                    made[3] = row;
                 }
                 let flipped = &star[2 * operation.created..];
                 for (&c, &other) in operation.flips.iter().zip(flipped) {

@@ -136,7 +136,7 @@ impl Options {
     /// The same for a mesh of so many vertices whose corners have values.
     ///
     /// What coarse levels lack of values is seen sooner than what they lack of the surface, and costs bits: each new vertex's values are told
-    /// by how far they are off those around it. So small levels pay, the cheapest vertices first, and rows do not where they are but preferred;
+    /// by how far they are off those around it. So the cheapest vertices go first, and rows do not pay where they are but preferred;
     /// and as values tell what a poor triangle shows, its shape counts for little. Rows make the file smaller that goes on to the input: who
     /// asks for a base of many vertices wants it for itself, and there they are of no use, for whole rows are taken across whatever is seen.
     fn for_values(&self, vertices: usize) -> Self {
@@ -147,13 +147,7 @@ impl Options {
             regular => regular,
         };
         let method = if self.method == Method::Auto { Method::Ffc } else { self.method };
-        Self {
-            method,
-            level_budget: self.level_budget.min(BUDGET_OF_VALUES),
-            beta: SHAPE_BESIDE_VALUES * self.beta,
-            regular,
-            ..self.clone()
-        }
+        Self { method, beta: SHAPE_BESIDE_VALUES * self.beta, regular, ..self.clone() }
     }
 }
 
@@ -329,8 +323,6 @@ pub fn simplify(
     })
 }
 
-/// Budget of a level that has values.
-const BUDGET_OF_VALUES: f64 = 0.2;
 /// What of the weight of shape is left where there are no rows: round triangles let levels be coded in fewer bytes, most of all of rows.
 const SHAPE_WITHOUT_ROWS: f64 = 0.75;
 /// What of the weight of shape is left where there are values: enough to choose between triangulations that show the same, not to let a vertex

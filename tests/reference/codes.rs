@@ -46,6 +46,11 @@ impl<'a> Codes<'a> {
         Ok(())
     }
 
+    /// Whether the item under way is the last one of its atom.
+    pub fn is_last(&self) -> bool {
+        self.items == 1
+    }
+
     pub fn complete(&self) -> bool {
         self.atoms.is_empty()
     }

@@ -1,4 +1,4 @@
-//! Chapter 13.9: what is told of attributes behind an operation.
+//! Chapter 13.9: what is told of the attributes of an operation.
 
 use super::attribute::Attribute;
 use super::attributes::Attributes;

@@ -114,8 +114,8 @@ pub fn trace_with(
     let old = mesh.points.len();
     let codes = Codes::of(atoms, tap);
     let cells = mesh.points.iter().map(|point| point.map(|x| x >> scale.shift)).collect();
-    let mut pass =
-        Pass { mesh, attributes, codes, models, scale, cells, old, clue: Clue::Beside, trace: Vec::new() };
+    let (clue, owed, trace) = (Clue::Beside, Vec::new(), Vec::new());
+    let mut pass = Pass { mesh, attributes, codes, models, scale, cells, old, clue, owed, trace };
     let result = pass.run(walk);
     (pass.trace, result)
 }
@@ -131,6 +131,8 @@ struct Pass<'a> {
     /// Vertices from this one on are new.
     old: usize,
     clue: Clue,
+    /// §13.9: operations of which nothing has been told.
+    owed: Vec<(usize, Site)>,
     trace: Vec<Step>,
 }
 
@@ -286,11 +288,18 @@ impl<'a> Pass<'a> {
         }
     }
 
-    /// §13.9.
+    /// §13.9: the operation under way is complete.
     fn values(&mut self, v: usize, site: Site) -> Result<()> {
+        self.owed.push((v, site));
+        if self.owed.len() < 64 && !self.codes.is_last() {
+            return Ok(());
+        }
         let fresh = || operation::Models::fresh(&self.attributes.about);
         let models = self.models.attributes.get_or_insert_with(fresh);
-        models.read(&mut self.codes.code, self.attributes, self.mesh, v, site)
+        for (v, site) in self.owed.drain(..) {
+            models.read(&mut self.codes.code, self.attributes, self.mesh, v, site)?;
+        }
+        Ok(())
     }
 
     /// What a position is read with; the models are those of splits alone.

@@ -124,6 +124,27 @@ fn shapes_with_values() {
     }
 }
 
+/// Normals and texture coordinates with a seam, of which atoms tell behind 64 operations, behind 128 and behind the last.
+#[test]
+fn many_operations() {
+    let mut mesh = shapes::bumpy_sphere(3, 4);
+    let n = mesh.positions.len() as u32;
+    let normals = mesh.positions.iter().flat_map(|p| p.map(|x| x as f32)).collect();
+    let flat = |p: &[f64; 3], turn: f32| [turn + p[0] as f32, p[1] as f32];
+    let uv = mesh.positions.iter().flat_map(|p| flat(p, 0.0));
+    let uv: Vec<f32> = uv.chain(mesh.positions.iter().flat_map(|p| flat(p, 4.0))).collect();
+    let corners = mesh.triangles.as_flattened().to_vec();
+    let is_behind = |t: &[u32; 3]| t.iter().map(|&v| mesh.positions[v as usize][2]).sum::<f64>() < 0.0;
+    let sides = mesh.triangles.iter().flat_map(|t| t.map(|v| if is_behind(t) { v + n } else { v })).collect();
+    mesh.attributes.push(Attribute::new(Semantic::Normal, 3, Values::F32(normals), corners));
+    mesh.attributes.push(Attribute::new(Semantic::TexCoord, 2, Values::F32(uv), sides));
+    let bytes = Encoder::default().encode_to_vec(&mesh).unwrap();
+    let draft = Draft::of(&bytes);
+    let items = draft.atoms.iter().filter(|atom| atom.kind == REFINEMENT).map(|atom| atom.items);
+    assert!(items.clone().any(|n| n > 128 && !n.is_multiple_of(64)), "{:?}", items.collect::<Vec<_>>());
+    assert_eq!(agree(&bytes).expect("a sound file").whole.values.len(), mesh.triangles.len());
+}
+
 /// Two or three values that meet everywhere: runs of the same value round a vertex that others part, and that come together again where
 /// an operation takes what is between away.
 #[test]

@@ -1,6 +1,7 @@
 //! The values of one attribute, as integers.
 
 use crate::mesh::attributes::Kind;
+use crate::mesh::prefetch::prefetch;
 
 /// The values of one attribute: by wedge, or by row of triangles.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,6 +46,14 @@ impl Column {
         self.values.get(at * n..(at + 1) * n).unwrap_or(&[])
     }
 
+    /// Asks for a value to be brought into the caches.
+    #[inline(always)]
+    pub fn prefetch(&self, at: u32) {
+        if let Some(value) = self.values.get(at as usize * self.integers) {
+            prefetch(value);
+        }
+    }
+
     /// Integers a value.
     #[inline]
     pub fn integers(&self) -> usize {
@@ -71,7 +80,11 @@ impl Column {
         {
             self.all += usize::from(self.all == at);
             self.known.push(true);
-            self.values.extend_from_slice(&value[..n]);
+            // Most have two, and a call to copy these would take longer.
+            match value[..n] {
+                [a, b] => self.values.extend([a, b]),
+                _ => self.values.extend_from_slice(&value[..n]),
+            }
             return;
         }
         self.reach(at);

@@ -4,6 +4,7 @@ mod column;
 mod frame;
 mod further;
 mod numbers;
+mod owed;
 mod predict;
 mod recall;
 mod refined;
@@ -27,6 +28,7 @@ use further::Further;
 use round::RoundModels;
 
 pub use column::Column;
+pub use owed::TOGETHER;
 pub use refined::RefinedModels;
 #[cfg(feature = "encode")]
 pub use truth::{Labelled, Truth};

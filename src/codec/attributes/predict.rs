@@ -158,6 +158,7 @@ fn fitted<const N: usize>(guess: &mut Guess, column: &Column, ring: &mut Ring) -
 }
 
 /// The same of any numbers.
+#[cold]
 fn fitted_numbers(guess: &mut Guess, scale: Scale, column: &Column, ring: &mut Ring) -> bool {
     let Some(shares) = ring.shares() else { return false };
     let mut mean = Mean::new();
@@ -202,12 +203,13 @@ impl Mean {
 }
 
 /// As the surface goes on beyond triangles two of whose corners are known, or as neighbours are.
+#[cold]
 fn linear(guess: &mut Guess, memory: &mut Memory, around: &Around, column: &Column, ring: &Ring) {
     let scale = Scale::of(&column.kind);
     let components = scale.components(column.kind.integers());
     let is_map = column.kind.semantic == Semantic::TexCoord && components == 2;
     let (mut beyond, mut mapped, mut near) = (Mean::new(), Mean::new(), Mean::new());
-    for &c in &ring.corners {
+    for &c in ring.looked_at() {
         let [a, b] = [c.next(), c.prev()].map(|c| around.value(column, c));
         [a, b].into_iter().flatten().for_each(|x| near.add(scale.numbers(x), 1.0));
         let (Some(n), Some(p)) = (a, b) else { continue };
@@ -291,29 +293,32 @@ fn normal(guess: &mut Guess, memory: &mut Memory, column: &Column, ring: &mut Ri
 }
 
 /// The normals of a wedge's triangles, each by its angle at the wedge.
-#[inline]
 fn by_angles(ring: &Ring) -> Vector {
-    let mut total = Vector::default();
-    ring.each_side(|x, y| {
+    let nothing = Four::of(0.0);
+    let mut total = [0.0; 3];
+    ring.each_four(|x, y| {
         let z = x.cross(y);
         let length = z.dot(z).sqrt();
-        if length > 0.0 {
-            total = total + z * (angle(length, x.dot(y)) / length);
+        // A triangle of no length counts for nothing: its normal, 0, is added, which changes no sum that began as 0.
+        let weight = nothing.below(length, angles(length, x.dot(y)) / length, nothing);
+        for (sum, parts) in total.iter_mut().zip((z * weight).coordinates()) {
+            *sum = (((*sum + parts[0]) + parts[1]) + parts[2]) + parts[3];
         }
     });
-    total
+    let [x, y, z] = total;
+    Vector::new(x, y, z)
 }
 
-/// The angle whose tangent is y / x, y above 0, within a thousandth; in units of a quarter turn.
+/// The angles whose tangents are y / x, y above 0, within a thousandth; in units of a quarter turn.
 #[inline]
-fn angle(y: f32, x: f32) -> f32 {
+fn angles(y: Four, x: Four) -> Four {
     let b = x.abs();
-    let t = if y < b { y / b } else { b / y };
+    let t = y.min(b) / y.max(b);
     // A quarter turn times this is the arc tangent of t.
     let square = t * t;
-    let arc = t * ((0.6365 - 0.2078 * square) + 0.0713 * (square * square));
-    let arc = if y < b { arc } else { 1.0 - arc };
-    if x < 0.0 { 2.0 - arc } else { arc }
+    let arc = t * ((Four::of(0.6365) - Four::of(0.2078) * square) + Four::of(0.0713) * (square * square));
+    let arc = y.below(b, arc, Four::of(1.0) - arc);
+    x.below(Four::of(0.0), Four::of(2.0) - arc, arc)
 }
 
 /// The units of how far two directions are apart.
@@ -328,7 +333,7 @@ fn normalised(v: Vector) -> Option<Vector> {
 }
 
 /// A vector as the integers of a normal.
-#[inline]
+#[inline(never)]
 fn round_normal(column: &Column, vector: Vector, value: &mut Integers) {
     if let Quantisation::Octahedral { bits } = column.kind.quantisation {
         [value[0], value[1]] = near_octahedral(vector, quantise::radius(bits));
@@ -358,7 +363,6 @@ fn near_octahedral(vector: Vector, radius: i32) -> [i32; 2] {
 }
 
 /// The normal that neighbours tell of.
-#[inline]
 fn near_normal(column: &Column, ring: &mut Ring) -> Vector {
     let mut near = Vector::default();
     let mut are_shared = false;

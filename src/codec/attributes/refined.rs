@@ -1,5 +1,6 @@
-//! What is told of attributes behind each operation: which corners of its link part, and the wedges of its vertex (spec §13.9).
+//! What is told of attributes behind operations: which corners of their links part, and the wedges of their vertices (spec §13.9).
 
+use super::owed::{Operation, Owed, TOGETHER};
 use super::ring::Ring;
 use super::round::{CornerModels, RoundModels, Vicinity, take_room};
 use super::values::Around;
@@ -28,9 +29,18 @@ pub struct RefinedModels {
     beyond: Bit,
     link: Vec<CornerModels>,
     round: RoundModels,
-    corners: Vec<Corner>,
+    owed: Owed,
+    /// What is round the vertices of those owed.
+    rings: Vec<Ring>,
     seats: Vec<Seat>,
     ring: Ring,
+}
+
+impl RefinedModels {
+    /// Whether all that there is of operations has been told.
+    pub fn owe_nothing(&self) -> bool {
+        self.owed.operations.is_empty()
+    }
 }
 
 /// A vertex of the link: its corners before and behind the spoke, which may part. At the ends of an open star there is but one.
@@ -55,7 +65,10 @@ impl Seat {
 impl Attributes {
     /// Bytes that [`Attributes::models`] take.
     pub fn model_bytes(&self) -> usize {
-        size_of::<RefinedModels>() + 2 * RoundModels::bytes(&self.columns)
+        size_of::<RefinedModels>()
+            + 2 * RoundModels::bytes(&self.columns)
+            + Owed::BYTES
+            + TOGETHER * Ring::BYTES
     }
 
     /// Models for what follows.
@@ -68,74 +81,96 @@ impl Attributes {
             beyond: Bit::NEW,
             link: self.columns.iter().map(CornerModels::new).collect(),
             round: RoundModels::new(&self.columns),
-            corners: Vec::new(),
+            owed: Owed::default(),
+            rings: Vec::new(),
             seats: Vec::new(),
             ring: Ring::default(),
         }
     }
 
-    /// An operation has been carried out, which inserted `v`: corners take their wedges.
-    ///
-    /// # Errors
-    /// [`WholeError`].
-    #[expect(clippy::too_many_arguments)]
-    pub fn refine<C: BitCoder, K: Known>(
+    /// An operation has been carried out, which inserted `v`. What there is of it is told by [`Attributes::refine`], behind [`TOGETHER`]
+    /// operations at most; until then wedges may be those before it.
+    #[inline]
+    pub fn carry(
         &mut self,
         models: &mut RefinedModels,
         mesh: &ProgressiveMesh,
         v: Vertex,
         operation: &Carried,
+    ) {
+        if self.alive.is_empty() {
+            self.wedges.carry(&mesh.table, operation);
+        } else {
+            models.owed.push(&mut self.wedges, &mesh.table, v, operation);
+        }
+    }
+
+    /// Codes what there is of the operations carried out since the last time. Their stars are what they were then: no other operation of a
+    /// level touches a triangle of them.
+    ///
+    /// # Errors
+    /// [`WholeError`].
+    pub fn refine<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RefinedModels,
+        mesh: &ProgressiveMesh,
         coder: &mut C,
         known: &K,
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
-        self.wedges.carry(&mesh.table, operation);
-        if self.alive.is_empty() {
-            return Ok(());
-        }
-        let mut corners = std::mem::take(&mut models.corners);
-        ring_of(&mesh.table, v, operation, &mut corners);
-        let is_boundary = mesh.table.is_boundary(v);
-        let mut parted = self.parted(&corners, is_boundary);
-        if self.part(models, mesh, operation.site, &corners, parted, coder, known, budget)? {
-            parted = self.parted(&corners, is_boundary);
-        }
+        let mut owed = std::mem::take(&mut models.owed);
+        let mut rings = std::mem::take(&mut models.rings);
         let alive = std::mem::take(&mut self.alive);
-        let vicinity = Vicinity { mesh, born: &alive, old: &[], is_boundary };
-        let outcome = self.round(
-            &mut models.round,
-            vicinity,
-            &mut corners,
-            |_| true,
-            Some(parted),
-            coder,
-            known,
-            budget,
-        );
-        (self.alive, models.corners) = (alive, corners);
+        owed.carry(&mut self.wedges, &mesh.table);
+        rings.resize_with(owed.operations.len().max(rings.len()), Ring::default);
+        // All at once: what has to be waited for is waited for together.
+        for (operation, ring) in owed.operations.iter().zip(&mut rings) {
+            ring_of(&mesh.table, operation.vertex, operation.site, operation.first, &mut ring.corners);
+            ring.look(&Around { mesh, wedges: &self.wedges });
+            for &k in &alive {
+                for beside in &ring.beside {
+                    self.columns[k].prefetch(beside.wedge);
+                    models.round.columns[k].prefetch(beside.wedge);
+                }
+            }
+        }
+        let outcome = owed.operations.iter().zip(&mut rings).try_for_each(|(operation, ring)| {
+            let Operation { vertex, site, .. } = *operation;
+            self.refine_one(models, &alive, mesh, (vertex, site), ring, coder, known, budget)?;
+            Ok(coder.check()?)
+        });
+        owed.clear();
+        (models.owed, models.rings, self.alive) = (owed, rings, alive);
         self.count = self.wedges.count();
-        coder.check()?;
         outcome
     }
 
-    /// How many spokes of a star part the wedges at their far end.
-    #[inline]
-    fn parted(&self, corners: &[Corner], is_boundary: bool) -> usize {
-        let ends = |c: Corner| {
-            let wedges = self.wedges.triangle(c.triangle());
-            [c.next(), c.prev()].map(|c| wedges[c.place()])
-        };
-        let Some(&last) = corners.last() else { return 0 };
-        let [_, mut before] = ends(last);
-        let mut parted = 0;
-        for (i, &c) in corners.iter().enumerate() {
-            let [next, prev] = ends(c);
-            if before != next && !(i == 0 && is_boundary) {
-                parted += usize::from(!self.are_alike(before, next, &self.alive));
-            }
-            before = prev;
+    #[expect(clippy::too_many_arguments)]
+    fn refine_one<C: BitCoder, K: Known>(
+        &mut self,
+        models: &mut RefinedModels,
+        alive: &[usize],
+        mesh: &ProgressiveMesh,
+        (vertex, site): (Vertex, Site),
+        ring: &mut Ring,
+        coder: &mut C,
+        known: &K,
+        budget: &mut Budget,
+    ) -> Result<(), WholeError> {
+        let is_boundary = mesh.table.is_boundary(vertex);
+        let mut parted = self.parted(ring, alive, is_boundary);
+        if self.part(models, alive, mesh, site, &ring.corners, parted, coder, known, budget)? {
+            ring.look(&Around { mesh, wedges: &self.wedges });
+            parted = self.parted(ring, alive, is_boundary);
         }
-        parted
+        let vicinity = Vicinity { mesh, born: alive, old: &[], is_boundary };
+        self.round(&mut models.round, vicinity, ring, |_| true, Some(parted), coder, known, budget)
+    }
+
+    /// How many of the spokes of a star part the wedges at their far end.
+    #[inline]
+    fn parted(&self, ring: &Ring, alive: &[usize], is_boundary: bool) -> usize {
+        ring.parted(is_boundary, |a, b| self.are_alike(a, b, alive))
     }
 
     /// Corners of the link that are others than carried. `parted` is how many spokes part the wedges at their far end, as carried; returned
@@ -144,6 +179,7 @@ impl Attributes {
     fn part<C: BitCoder, K: Known>(
         &mut self,
         models: &mut RefinedModels,
+        alive: &[usize],
         mesh: &ProgressiveMesh,
         site: Site,
         corners: &[Corner],
@@ -154,19 +190,19 @@ impl Attributes {
     ) -> Result<bool, WholeError> {
         let mut seats = std::mem::take(&mut models.seats);
         if C::ENCODES {
-            self.seats(mesh, site, corners, &mut seats);
+            self.seats(alive, mesh, site, corners, &mut seats);
         }
         // A writer looks at what the corners beside hold, which all are of the same mesh.
         let differs = |c: Corner| {
             let carried = self.wedges.of(c);
             let label = known.label(c);
-            self.alive.iter().any(|&k| self.columns[k].value(carried) != known.value(k, label))
+            alive.iter().any(|&k| self.columns[k].value(carried) != known.value(k, label))
         };
         let parts = |seat: &Seat| seat.corners.iter().any(|&c| c.is_some() && differs(c));
         let any = coder.bit(&mut models.parts[parted.min(2)], || seats.iter().any(parts));
         if any {
             if !C::ENCODES {
-                self.seats(mesh, site, corners, &mut seats);
+                self.seats(alive, mesh, site, corners, &mut seats);
             }
             let truths: Vec<[bool; 2]> = if C::ENCODES {
                 seats.iter().map(|seat| seat.corners.map(|c| c.is_some() && differs(c))).collect()
@@ -193,7 +229,7 @@ impl Attributes {
                     [!is_second, is_second]
                 };
                 for side in (0..2).filter(|&side| parts[side]) {
-                    self.renew(models, mesh, seat, side, coder, known, budget)?;
+                    self.renew(models, alive, mesh, seat, side, coder, known, budget)?;
                     coder.check()?;
                 }
             }
@@ -207,6 +243,7 @@ impl Attributes {
     fn renew<C: BitCoder, K: Known>(
         &mut self,
         models: &mut RefinedModels,
+        alive: &[usize],
         mesh: &ProgressiveMesh,
         seat: &Seat,
         side: usize,
@@ -218,7 +255,7 @@ impl Attributes {
         let label = if C::ENCODES { known.label(c) } else { 0 };
         if beyond.is_some() {
             let there = self.wedges.of(beyond);
-            let is_it = || self.alive.iter().all(|&k| self.columns[k].value(there) == known.value(k, label));
+            let is_it = || alive.iter().all(|&k| self.columns[k].value(there) == known.value(k, label));
             if coder.bit(&mut models.beyond, is_it) {
                 self.wedges.assign(c, there);
                 return Ok(());
@@ -228,8 +265,10 @@ impl Attributes {
         let (wedge, carried) = (self.wedges.count(), self.wedges.of(c));
         let around = Around { mesh, wedges: &self.wedges };
         let RefinedModels { link, ring, .. } = models;
-        ring.look(&around, &[c]);
-        for &k in &self.alive {
+        ring.corners.clear();
+        ring.corners.push(c);
+        ring.look(&around);
+        for &k in alive {
             let (models, column) = (&mut link[k], &mut self.columns[k]);
             models.code(coder, &around, ring, column, wedge, Some(carried), known.value(k, label))?;
         }
@@ -238,12 +277,19 @@ impl Attributes {
     }
 
     /// Where corners of the link may part.
-    fn seats(&self, mesh: &ProgressiveMesh, site: Site, corners: &[Corner], seats: &mut Vec<Seat>) {
+    fn seats(
+        &self,
+        alive: &[usize],
+        mesh: &ProgressiveMesh,
+        site: Site,
+        corners: &[Corner],
+        seats: &mut Vec<Seat>,
+    ) {
         let table = &mesh.table;
         seats.clear();
         // The corner at the same vertex beyond the link edge of a triangle of the star, where it has other values.
         let other = |c: Corner, beyond: Corner| {
-            let is_alike = || self.are_alike(self.wedges.of(beyond), self.wedges.of(c), &self.alive);
+            let is_alike = || self.are_alike(self.wedges.of(beyond), self.wedges.of(c), alive);
             if beyond.is_some() && !is_alike() { beyond } else { Corner::NONE }
         };
         let before = |c: Corner| {

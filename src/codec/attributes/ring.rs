@@ -2,13 +2,13 @@
 
 use super::column::Column;
 use super::values::Around;
-use crate::codec::vector::Vector;
+use crate::codec::vector::{Vector, Vectors};
 use crate::mesh::Corner;
 
 /// The corners of a wedge, and what is at the other corners of their triangles. Its lists are used again for the next wedge.
 #[derive(Clone, Debug, Default)]
 pub struct Ring {
-    /// The corners of the wedge, [`CORNERS`] at most.
+    /// The corners of the wedge.
     pub corners: Vec<Corner>,
     /// The wedges beside it: of the next and the previous corner of each triangle, in order; one for those that follow each other and are
     /// the same.
@@ -19,12 +19,12 @@ pub struct Ring {
     has_twins: bool,
     /// The largest number of those listed.
     most: u32,
-    /// Those listed that are known of the column asked about last.
-    known: Vec<u8>,
-    /// How much each of `shared` tells.
+    /// Whether all of those listed are known of the column asked about last; else `some` are.
+    are_all: bool,
+    some: Vec<Beside>,
+    /// How much each of those known tells, and whether that has been measured of all that are listed.
     shares: Vec<f32>,
-    /// What was known when `shares` were measured.
-    shared: Vec<u8>,
+    are_shared: bool,
 }
 
 /// A wedge beside another one.
@@ -38,8 +38,6 @@ pub struct Beside {
     pub wedge: u32,
     /// Where the other one at the same vertex is listed; [`ALONE`] if there is none.
     twin: u8,
-    /// Whether no triangle lies between it and the one listed before it.
-    starts: bool,
 }
 
 /// Corners of a wedge that are looked at.
@@ -48,16 +46,6 @@ const CORNERS: usize = 64;
 const ALONE: u8 = u8::MAX;
 /// The list has two for each corner.
 const _: () = assert!(2 * CORNERS <= ALONE as usize);
-/// All places of the list.
-const PLACES: [u8; 2 * CORNERS] = {
-    let mut places = [0; 2 * CORNERS];
-    let mut place = 0;
-    while place < places.len() {
-        places[place] = place as u8;
-        place += 1;
-    }
-    places
-};
 /// Fewest neighbours that tell how values change along the surface.
 const FEWEST: usize = 3;
 /// What flattens a map where neighbours nearly lie in one line: a share of their spread.
@@ -66,39 +54,39 @@ const FLATTEN: f32 = 1.0 / 256.0;
 const LEAST: f32 = 1.0 / 65_536.0;
 
 impl Ring {
-    /// Looks round a wedge of these corners, a run of the fan of its vertex; none where it is no wedge of the mesh.
-    #[inline]
-    pub fn look(&mut self, around: &Around, corners: &[Corner]) {
-        let corners = &corners[..corners.len().min(CORNERS)];
-        self.corners.clear();
-        self.corners.extend_from_slice(corners);
+    /// Bytes that one of a star takes at most: it has no more corners than are looked at, and its lists are of powers of two.
+    pub const BYTES: usize =
+        size_of::<Self>() + CORNERS * (4 * size_of::<Beside>() + 2 * 4 + size_of::<Corner>());
+
+    /// Looks round a wedge of its corners, a run of the fan of its vertex; none where it is no wedge of the mesh.
+    #[inline(never)]
+    pub fn look(&mut self, around: &Around) {
         self.beside.clear();
-        self.shared.clear();
-        (self.has_twins, self.closes, self.most) = (false, false, 0);
+        (self.has_twins, self.closes, self.are_shared, self.most) = (false, false, false, 0);
+        let corners = &self.corners[..self.corners.len().min(CORNERS)];
         let (Some(&first), Some(&end)) = (corners.first(), corners.last()) else { return };
-        self.beside.reserve(2 * CORNERS);
         let table = &around.mesh.table;
         let at = |c: Corner| around.mesh.positions[table.vertex(c).index()];
         let here = at(first);
         let (mut last, mut most) = (None, 0);
         for &c in corners {
             let wedges = around.wedges.triangle(c.triangle());
-            let mut beside = |c: Corner, twin: u8, starts: bool| {
+            let mut beside = |c: Corner, twin: u8| {
                 let (there, wedge) = (at(c), wedges[c.place()]);
                 let to = Vector::of_cell([0, 1, 2].map(|k| there[k] - here[k]));
                 most = most.max(wedge);
-                Beside { to, weight: 1.0 / (to.dot(to) + 1.0), wedge, twin, starts }
+                Beside { to, weight: 1.0 / (to.dot(to) + 1.0), wedge, twin }
             };
             let [next, prev] = [c.next(), c.prev()];
             // Its next one is at the vertex of the one listed last.
             if last.is_none() {
-                self.beside.push(beside(next, ALONE, true));
+                self.beside.push(beside(next, ALONE));
             } else if last != Some(wedges[next.place()]) {
                 let twin = self.beside.len() as u8 - 1;
                 self.has_twins = true;
-                self.beside.push(beside(next, twin, true));
+                self.beside.push(beside(next, twin));
             }
-            self.beside.push(beside(prev, ALONE, false));
+            self.beside.push(beside(prev, ALONE));
             last = Some(wedges[prev.place()]);
         }
         self.most = most;
@@ -115,44 +103,70 @@ impl Ring {
         self.closes = true;
     }
 
+    /// The corners that are looked at.
+    pub fn looked_at(&self) -> &[Corner] {
+        &self.corners[..self.corners.len().min(CORNERS)]
+    }
+
+    /// At how many vertices listed, the one where an open fan begins and ends not counted, two wedges meet that `are_alike` tells apart.
+    #[inline]
+    pub fn parted(&self, is_open: bool, are_alike: impl Fn(u32, u32) -> bool) -> usize {
+        if !self.has_twins {
+            return 0;
+        }
+        // The last one's twin is the first, beyond the gap of an open fan.
+        let closed = self.beside.len() - usize::from(is_open);
+        let with_twins = self.beside[..closed].iter().filter(|beside| beside.twin != ALONE);
+        with_twins
+            .filter(|beside| !are_alike(self.beside[usize::from(beside.twin)].wedge, beside.wedge))
+            .count()
+    }
+
     /// Finds those that have a value, but where another one at their vertex has the same: how many wedges it is given by does not count.
     #[inline]
     pub fn know(&mut self, column: &Column) {
-        self.known.clear();
-        if !self.has_twins && column.are_known(self.most) {
-            self.known.extend_from_slice(&PLACES[..self.beside.len()]);
-            return;
+        self.are_all = !self.has_twins && column.are_known(self.most);
+        if !self.are_all {
+            self.know_some(column);
         }
-        for (place, beside) in self.beside.iter().enumerate() {
+    }
+
+    #[cold]
+    fn know_some(&mut self, column: &Column) {
+        self.some.clear();
+        for beside in &self.beside {
             let mut is_known = column.is_known(beside.wedge);
             if is_known && beside.twin != ALONE {
                 let twin = self.beside[usize::from(beside.twin)].wedge;
                 is_known = column.value(twin) != Some(column.there(beside.wedge));
             }
             if is_known {
-                self.known.push(place as u8);
+                self.some.push(*beside);
             }
         }
+    }
+
+    /// Those found.
+    #[inline]
+    fn known(&self) -> &[Beside] {
+        if self.are_all { &self.beside } else { &self.some }
     }
 
     /// The wedges found.
     pub fn wedges(&self) -> impl Iterator<Item = u32> + '_ {
-        self.known.iter().map(|&place| self.beside[usize::from(place)].wedge)
+        self.known().iter().map(|beside| beside.wedge)
     }
 
-    /// Tells from the vertex to the next and to the previous one, of each triangle.
+    /// Tells from the vertex to the next and to the previous one, of four triangles at a time, in order. Among them are triangles of no area
+    /// that the mesh has not.
     #[inline]
-    pub fn each_side(&self, mut tell: impl FnMut(Vector, Vector)) {
-        let (Some(first), Some(last)) = (self.beside.first(), self.beside.last()) else { return };
-        let mut before = first.to;
-        for beside in &self.beside[1..] {
-            if !beside.starts {
-                tell(before, beside.to);
-            }
-            before = beside.to;
-        }
-        if self.closes {
-            tell(last.to, first.to);
+    pub fn each_four(&self, mut tell: impl FnMut(Vectors, Vectors)) {
+        let Some(end) = (if self.closes { self.beside.first() } else { self.beside.last() }) else { return };
+        let to = |at: usize| self.beside.get(at).unwrap_or(end).to;
+        // Two that have no triangle between them are at one vertex.
+        for at in (0..self.beside.len()).step_by(4) {
+            let [a, b, c, d, e] = std::array::from_fn(|i| to(at + i));
+            tell(Vectors::new([a, b, c, d]), Vectors::new([b, c, d, e]));
         }
     }
 
@@ -160,21 +174,21 @@ impl Ring {
     /// the sum is 1. `None` where these are too few to tell.
     #[inline]
     pub fn shares(&mut self) -> Option<impl Iterator<Item = (u32, f32)> + '_> {
-        if self.known.len() < FEWEST {
+        if self.known().len() < FEWEST {
             return None;
         }
-        if self.shared != self.known {
-            self.shared.clone_from(&self.known);
+        if !(self.are_all && self.are_shared) {
             self.share();
+            self.are_shared = self.are_all;
         }
         Some(self.wedges().zip(self.shares.iter().copied()))
     }
 
     /// A linear map is fitted to those known, near ones first; what it gives at the vertex is a sum of shares of theirs.
     fn share(&mut self) {
-        let known = || self.known.iter().map(|&place| &self.beside[usize::from(place)]);
+        let known = if self.are_all { &self.beside } else { &self.some };
         let (mut whole, mut m, mut rows) = (0.0, Vector::default(), [Vector::default(); 3]);
-        for &Beside { to, weight, .. } in known() {
+        for &Beside { to, weight, .. } in known {
             let weighted = to * weight;
             whole += weight;
             m = m + weighted;
@@ -199,6 +213,6 @@ impl Ring {
         let slope = Vector::new(u, v, w);
         let constant = over + slope.dot(middle);
         self.shares.clear();
-        self.shares.extend(known().map(|beside| beside.weight * (constant - slope.dot(beside.to))));
+        self.shares.extend(known.iter().map(|beside| beside.weight * (constant - slope.dot(beside.to))));
     }
 }

@@ -33,6 +33,12 @@ impl CornerModels {
         size_of::<Self>() + ValueModels::bytes(&column.kind)
     }
 
+    /// Asks for what is remembered of the value of a wedge to be brought into the caches.
+    #[inline(always)]
+    pub fn prefetch(&self, at: u32) {
+        self.values.prefetch(at);
+    }
+
     /// Codes the value of one wedge, the one numbered `at`, round which is `ring`, or of a row of triangles, round which is nothing.
     /// `before` is the wedge before it at its vertex, if there is one.
     #[expect(clippy::too_many_arguments)]
@@ -83,7 +89,9 @@ pub struct RoundModels {
     spokes: Vec<bool>,
     /// Of the wedges from before the pass those that corners have again: each is at one vertex.
     pub taken: BitVec,
+    /// Of a run of corners, and all of them from the first break on.
     ring: Ring,
+    corners: Vec<Corner>,
 }
 
 impl RoundModels {
@@ -101,6 +109,7 @@ impl RoundModels {
             spokes: Vec::new(),
             taken: BitVec::new(),
             ring: Ring::default(),
+            corners: Vec::new(),
         }
     }
 }
@@ -125,15 +134,15 @@ pub struct Vicinity<'a> {
 }
 
 impl Attributes {
-    /// Codes what is round a vertex: `corners` are those of its fan, from where it is told; they end up from the first break on. `seen`
-    /// tells of which other vertices all that is coded now is known; `parted` is how many spokes part the wedges at their far end, where
-    /// that is known already.
+    /// Codes what is round a vertex: `ring` has looked round all its corners, those of its fan, from where it is told. `seen` tells of which
+    /// other vertices all that is coded now is known; `parted` is how many spokes part the wedges at their far end, where that is known
+    /// already.
     #[expect(clippy::too_many_arguments)]
     pub(super) fn round<C: BitCoder, K: Known>(
         &mut self,
         models: &mut RoundModels,
         vicinity: Vicinity,
-        corners: &mut [Corner],
+        ring: &mut Ring,
         seen: impl Fn(Vertex) -> bool,
         parted: Option<usize>,
         coder: &mut C,
@@ -141,14 +150,19 @@ impl Attributes {
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         let mut spokes = std::mem::take(&mut models.spokes);
-        let outcome = if self.breaks(models, vicinity, corners, &mut spokes, seen, parted, coder, known) {
+        let outcome = if self.breaks(models, vicinity, &ring.corners, &mut spokes, seen, parted, coder, known)
+        {
             let start = spokes.iter().position(|&breaks| breaks);
             let start = start.filter(|_| !vicinity.is_boundary).unwrap_or(0);
+            let mut corners = std::mem::take(&mut models.corners);
+            corners.clone_from(&ring.corners);
             corners.rotate_left(start);
             spokes.rotate_left(start);
-            self.runs(models, vicinity, corners, &spokes, coder, known, budget)
+            let outcome = self.runs(models, vicinity, &corners, &spokes, coder, known, budget);
+            models.corners = corners;
+            outcome
         } else {
-            self.wedge(models, vicinity, corners, None, coder, known, budget).map(|_| ())
+            self.wedge(models, vicinity, ring, None, coder, known, budget).map(|_| ())
         };
         models.spokes = spokes;
         outcome
@@ -167,28 +181,32 @@ impl Attributes {
         budget: &mut Budget,
     ) -> Result<(), WholeError> {
         let (mut before, mut from) = (None, 0);
+        let mut ring = std::mem::take(&mut models.ring);
         while from < corners.len() {
             let run = 1 + spokes[from + 1..].iter().take_while(|&&breaks| !breaks).count();
-            let corners = &corners[from..from + run];
-            before = Some(self.wedge(models, vicinity, corners, before, coder, known, budget)?);
+            ring.corners.clear();
+            ring.corners.extend_from_slice(&corners[from..from + run]);
+            ring.look(&Around { mesh: vicinity.mesh, wedges: &self.wedges });
+            before = Some(self.wedge(models, vicinity, &mut ring, before, coder, known, budget)?);
             from += run;
         }
+        models.ring = ring;
         Ok(())
     }
 
-    /// Codes the values of the wedge of these corners, of which there is one at least. `before` is the wedge before it at its vertex.
+    /// Codes the values of the wedge that a ring has looked round, of one corner at least. `before` is the wedge before it at its vertex.
     #[expect(clippy::too_many_arguments)]
     fn wedge<C: BitCoder, K: Known>(
         &mut self,
         models: &mut RoundModels,
         vicinity: Vicinity,
-        corners: &[Corner],
+        ring: &mut Ring,
         before: Option<u32>,
         coder: &mut C,
         known: &K,
         budget: &mut Budget,
     ) -> Result<u32, WholeError> {
-        let there = self.wedges.of(corners[0]);
+        let there = self.wedges.of(ring.corners[0]);
         let stays = there != Wedges::NONE && !models.is_taken(there);
         let wedge = if stays { there } else { self.wedges.count() };
         if !stays {
@@ -197,19 +215,17 @@ impl Attributes {
                 vicinity.old.iter().for_each(|&k| self.columns[k].copy(there, wedge));
             }
         }
-        let label = if C::ENCODES { known.label(corners[0]) } else { 0 };
+        let label = if C::ENCODES { known.label(ring.corners[0]) } else { 0 };
         let around = Around { mesh: vicinity.mesh, wedges: &self.wedges };
-        let RoundModels { columns, ring, .. } = models;
-        ring.look(&around, corners);
         for &k in vicinity.born {
-            let (models, column) = (&mut columns[k], &mut self.columns[k]);
+            let (models, column) = (&mut models.columns[k], &mut self.columns[k]);
             models.code(coder, &around, ring, column, wedge, before, known.value(k, label))?;
         }
         if stays {
             // There may have been several numbers for what is alike.
-            corners.iter().for_each(|&c| self.wedges.assign(c, wedge));
+            ring.corners.iter().for_each(|&c| self.wedges.assign(c, wedge));
         } else {
-            self.wedges.append(corners);
+            self.wedges.append(&ring.corners);
         }
         Ok(wedge)
     }

@@ -9,6 +9,7 @@ use super::residual::ResidualModel;
 use super::ring::{Beside, Ring};
 use crate::entropy::{Bit, BitCoder, CodingError};
 use crate::mesh::attributes::{Domain, Kind, Quantisation, Semantic, quantise};
+use crate::mesh::prefetch::prefetch;
 use crate::refine::{ProgressiveMesh, Wedges};
 
 /// What is known round a wedge: all positions, and wedges as far as they have been coded.
@@ -63,6 +64,14 @@ impl ValueModels {
         }
     }
 
+    /// Asks for the lengths of a value to be brought into the caches.
+    #[inline(always)]
+    pub fn prefetch(&self, at: u32) {
+        if let Some(lengths) = self.lengths.get(at as usize * (self.numbers.len().div_ceil(2))) {
+            prefetch(lengths);
+        }
+    }
+
     /// Codes the next value of a column: `truth` where it is written. `ring` is what is round its wedge; nothing where it is no wedge of
     /// the mesh. `before` is a value to start from where nothing round it is known.
     ///
@@ -113,11 +122,15 @@ impl ValueModels {
     pub fn skip(&mut self, column: &Column, at: u32) {
         let pairs = column.integers().div_ceil(2);
         let from = at as usize * pairs;
+        self.any = true;
+        if pairs == 1 && self.lengths.len() == from {
+            self.lengths.push(Lengths::NOTHING);
+            return;
+        }
         if self.lengths.len() < from + pairs {
             self.lengths.resize(from + pairs, Lengths::UNKNOWN);
         }
-        self.lengths[from..from + pairs].iter_mut().for_each(|lengths| *lengths = Lengths::NOTHING);
-        self.any = true;
+        self.lengths[from..from + pairs].fill(Lengths::NOTHING);
     }
 
     /// Mean bit lengths of the residuals of known neighbours, in halves; [`UNKNOWN`] where there are none.
@@ -175,24 +188,24 @@ impl ValueModels {
             (true, false) => truth[k],
         };
         let value: &mut Integers = &mut self.memory.last;
-        let (mut before, mut mirrored) = (0, false);
-        for k in 0..n {
+        let (mut before, mut mirrored) = (UNKNOWN_LENGTH, false);
+        let sources = guess.sources.min(2) * 13;
+        for (k, numbers) in self.numbers.iter_mut().enumerate() {
+            let known = wanted(k);
             if k > 0
                 && let Some(recall) = &mut self.recall
-                && let Some(number) = recall.code(coder, &value[..k], expected[k], wanted(k))
+                && let Some(number) = recall.code(coder, &value[..k], expected[k], known)
             {
                 value[k] = number;
-                before = number.wrapping_sub(expected[k]).unsigned_abs();
+                before = bit_length(number.wrapping_sub(expected[k]).unsigned_abs());
                 mirrored = false;
                 self.lengths[from + k / 2] += Lengths::of(k, before);
                 continue;
             }
             let spread = bit_length(guess.spread[k]).min(12) as usize;
-            let last = if k == 0 { usize::from(UNKNOWN) } else { bit_length(before) as usize };
-            let contexts = [usize::from(round[k]), guess.sources.min(2) * 13 + spread, last];
-            let off = wanted(k).wrapping_sub(expected[k]);
-            let residual = self.numbers[k].code(coder, contexts, mirrored, off)?;
-            before = residual.unsigned_abs();
+            let contexts = [usize::from(round[k]), sources + spread, before as usize];
+            let residual = numbers.code(coder, contexts, mirrored, known.wrapping_sub(expected[k]))?;
+            before = bit_length(residual.unsigned_abs());
             mirrored = residual < 0;
             self.lengths[from + k / 2] += Lengths::of(k, before);
             value[k] = expected[k].wrapping_add(residual);
@@ -227,8 +240,8 @@ impl Lengths {
 
     /// The length of one residual, that of integer `k`.
     #[inline]
-    fn of(k: usize, residual: u32) -> u32 {
-        bit_length(residual).min(Self::MOST) << (12 * (k & 1))
+    fn of(k: usize, length: u32) -> u32 {
+        length.min(Self::MOST) << (12 * (k & 1))
     }
 
     /// The means of a sum, in halves.
@@ -246,6 +259,8 @@ impl Lengths {
 const MOST_WAYS: usize = 4 * size_of::<Integers>();
 /// A context of its own.
 const UNKNOWN: u8 = super::residual::CONTEXTS as u8 - 1;
+/// The same, of the integer before the first one.
+const UNKNOWN_LENGTH: u32 = UNKNOWN as u32;
 
 fn bit_length(x: u32) -> u32 {
     32 - x.leading_zeros()

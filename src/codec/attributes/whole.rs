@@ -103,7 +103,7 @@ impl Attributes {
         models.taken = BitVec::repeat(false, self.wedges.count() as usize);
         let old = self.corner_columns();
         let mut seen: BitVec = BitVec::repeat(false, mesh.table.vertex_slots());
-        let mut corners = Vec::new();
+        let mut ring = Ring::default();
         for &c in &walk.triangles {
             for first in [c.next(), c.prev(), c] {
                 let v = mesh.table.vertex(first);
@@ -112,10 +112,12 @@ impl Attributes {
                 }
                 let is_boundary = mesh.table.is_boundary(v);
                 let vicinity = Vicinity { mesh, born: &born, old: &old, is_boundary };
-                corners.clear();
+                ring.corners.clear();
                 // Where there is an end to go from, the fan goes from there.
-                corners.extend(fan(&mesh.table, if is_boundary { mesh.table.corner_of(v) } else { first }));
-                self.round(models, vicinity, &mut corners, |w| seen[w.index()], None, coder, known, budget)?;
+                ring.corners
+                    .extend(fan(&mesh.table, if is_boundary { mesh.table.corner_of(v) } else { first }));
+                ring.look(&Around { mesh, wedges: &self.wedges });
+                self.round(models, vicinity, &mut ring, |w| seen[w.index()], None, coder, known, budget)?;
                 seen.set(v.index(), true);
                 coder.check()?;
             }

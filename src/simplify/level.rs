@@ -19,8 +19,7 @@ pub struct Allowance {
     pub budget: f64,
     /// Triangles of components that the level has left out already.
     pub gone: usize,
-    /// Vertices that are to go in this level and all coarser ones, where the level is to take none dearer than so many are: if removals changed
-    /// no cost, just these would go in the end.
+    /// Vertices that are to go in this level and all coarser ones, where the level is to take but what is cheap beside them.
     pub wanted: usize,
 }
 
@@ -60,7 +59,7 @@ pub fn remove_level(
     let dear = if budget < 1.0 { dear(&mut sample, level.remover.noise()) } else { f32::INFINITY };
     // A level that takes whatever there is takes what is dear, too.
     let wanted = if budget < 1.0 { wanted as f64 / candidates.len().max(1) as f64 } else { f64::INFINITY };
-    let dear = dear.min(cheapest(&mut sample, wanted));
+    let dear = dear.min(cheapest(&mut sample, AT_ONCE * wanted));
     let [of_class, cheap, most] = affordable(sample, [OF_CLASS * budget, FIRST_PASS * share, share]);
     let [cheap, most] = [cheap, most].map(|cost| cost.min(dear));
     if let Some(lines) = &level.remover.lines {
@@ -248,6 +247,10 @@ const FILL: f64 = 0.5;
 
 /// How many times the median of its class a vertex may cost: six times as far off, in stars of one size. Noise hardly goes that far.
 const OUTLIER: f64 = 36.0;
+
+/// Share of the vertices still to go, the cheapest, to which a level keeps. If removals changed no cost, all of these would go in the end and none
+/// that is dearer; what is left is room for those that become cheap, or dear, by what goes first.
+const AT_ONCE: f64 = 0.8;
 
 /// Candidates that a random choice is made from.
 const WINDOW: usize = 256;

@@ -136,7 +136,7 @@ impl Options {
     /// The same for a mesh of so many vertices whose corners have values.
     ///
     /// What coarse levels lack of values is seen sooner than what they lack of the surface, and costs bits: each new vertex's values are told
-    /// by how far they are off those around it. So the cheapest vertices go first, and rows do not pay where they are but preferred;
+    /// by how far they are off those around it. So small levels pay, the cheapest vertices first, and rows do not where they are but preferred;
     /// and as values tell what a poor triangle shows, its shape counts for little. Rows make the file smaller that goes on to the input: who
     /// asks for a base of many vertices wants it for itself, and there they are of no use, for whole rows are taken across whatever is seen.
     fn for_values(&self, vertices: usize) -> Self {
@@ -147,7 +147,8 @@ impl Options {
             regular => regular,
         };
         let method = if self.method == Method::Auto { Method::Ffc } else { self.method };
-        Self { method, beta: SHAPE_BESIDE_VALUES * self.beta, regular, ..self.clone() }
+        let level_budget = self.level_budget.min(Self::fine().level_budget);
+        Self { method, level_budget, beta: SHAPE_BESIDE_VALUES * self.beta, regular, ..self.clone() }
     }
 }
 

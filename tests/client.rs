@@ -591,8 +591,11 @@ fn attributes_are_those_of_the_file() {
         let mut both = mesh.clone();
         both.attributes[2] = uniform.clone();
         let uniform = IndexedMesh { attributes: vec![uniform], ..mesh.clone() };
-        for mesh in [mesh, parts, both, uniform] {
-            let file = file(&mesh);
+        let attribute_births = vec![("uv".into(), AttributeBirth::Finest)];
+        let late = Encoding { position_bits: 12, attribute_births, ..Encoding::default() };
+        let late = Encoder::new(late).encode_to_vec(&mesh).unwrap();
+        let files = [mesh, parts, both, uniform].map(|mesh| file(&mesh));
+        for file in files.into_iter().chain([late]) {
             for (piece, every) in [(file.len(), 1), (file.len(), 1000), (100, 3), (1, 1)] {
                 let settings = Settings { undo: true, ..Settings::default() };
                 let (mut client, mut copy, mut events) = (Client::new(settings), Copy::default(), 0);

@@ -448,7 +448,7 @@ const DEFAULTS: [(&str, &str); 14] = [
 fn warnings(args: &Args, description: &Description, report: &Report) -> Vec<String> {
     let header = &description.contents.header;
     let mut warnings = Vec::new();
-    let usual = simplify::default_base_vertices(header.vertices as usize, report.locked_vertices);
+    let usual = simplify::default_base_vertices(header.vertices as usize, report.locked_vertices, false);
     let wanted = args.base_vertices.unwrap_or(usual);
     if header.base_vertices as usize > args.base_vertices.unwrap_or(simplify::most_base_vertices(usual)) {
         warnings.push(format!(

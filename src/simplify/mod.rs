@@ -209,7 +209,8 @@ pub fn simplify(
     let start = remover.vertices;
     let held = remover.held();
     let target = |held: usize, held_now: usize| {
-        options.base_vertices.unwrap_or_else(|| default_base_vertices(start - held + held_now, held_now))
+        let vertices = start - held + held_now;
+        options.base_vertices.unwrap_or_else(|| default_base_vertices(vertices, held_now, has_values))
     };
     let first_target = target(held, held);
     let few = options.base_vertices.unwrap_or((start / FEW).max(LEAST));
@@ -338,10 +339,17 @@ const LEAST: usize = 150;
 const GROWTH: f64 = 1.5;
 
 /// Vertices to stop at for a mesh of so many vertices, some of them locked, where [`Options::base_vertices`] is not given: however many
-/// are locked, as many others stay as of a mesh of the others, for locked ones lie where they must and tell nothing of what is between.
-pub fn default_base_vertices(vertices: usize, locked: usize) -> usize {
-    locked + (vertices.saturating_sub(locked) / 200).max(LEAST)
+/// are locked, as many others stay as of a mesh of the others, for locked ones lie where they must and tell nothing of what is between. Where
+/// corners have values that vary a vertex of the base takes twice the bytes, and of a small mesh fewer stay: the base is to be a small
+/// share of the file.
+pub fn default_base_vertices(vertices: usize, locked: usize, has_values: bool) -> usize {
+    let free = vertices.saturating_sub(locked);
+    let least = if has_values { (free / FEW_WITH_VALUES).clamp(LEAST / 3, LEAST) } else { LEAST };
+    locked + (free / 200).max(least)
 }
+
+/// Vertices of the input for each that stays in such a base.
+const FEW_WITH_VALUES: usize = 32;
 
 /// Vertices that a base may have where so many are to stop at by themselves: what is above would be a level of fewer than one in eight.
 pub fn most_base_vertices(target: usize) -> usize {
@@ -453,7 +461,7 @@ mod tests {
             let (_, done) = simplified(&mesh, &Options { base_vertices, ..Options::default() });
             (removal::vertices(&done.base).count(), done.history.level_count())
         };
-        assert!((150..162).contains(&default_base_vertices(162, 0)));
+        assert!((150..162).contains(&default_base_vertices(162, 0, false)));
         assert_eq!(levels(None), (162, 0));
         assert_eq!(levels(Some(150)), (150, 1));
     }

@@ -62,7 +62,8 @@ pub struct Args {
     /// given, 18, or 13 where they stand in rows or have attributes that vary
     #[arg(long, value_name = "F", value_parser = clap::value_parser!(u8).range(..=i64::from(MAX_LIFTING)))]
     lifting: Option<u8>,
-    /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150, or up to an eighth more
+    /// Vertices of the base, 0 or more; where not given, the locked ones and of the others the larger of 0.5 % and 150, or up to an eighth more;
+    /// with values that vary, such as normals, of a small mesh one in 32, at least 50
     #[arg(long, value_name = "N")]
     base_vertices: Option<usize>,
     /// All levels have all components, however small; otherwise each appears where a level is nearer to the input than it is large

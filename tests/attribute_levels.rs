@@ -289,3 +289,29 @@ fn decoding_stops_between_operations_that_are_told_of_together() {
         assert!((triangles - 1..=triangles).contains(&(at.mesh().table.triangle_count() as u32)));
     }
 }
+
+/// Where attributes are wide, and after many vertices that tell nothing of them every corner has values of its own, atoms stay as short as they must.
+#[test]
+fn atoms_stay_short_where_values_become_many_at_once() {
+    let mut mesh = shapes::bumpy_sphere(4, 2);
+    let count = 3 * mesh.triangles.len();
+    let mut noise = 1u64;
+    let mut number = |is_one: bool| {
+        noise = noise.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+        if is_one { 1.0 } else { f64::from_bits(noise >> 12 | 0x3FF0_0000_0000_0000) }
+    };
+    let is_calm: Vec<bool> =
+        mesh.triangles.iter().map(|t| t.iter().all(|&v| mesh.positions[v as usize][2] > -0.3)).collect();
+    let values = (0..count).flat_map(|c| [is_calm[c / 3]; 16]).map(&mut number).collect();
+    let values = Values::F64(values);
+    for set in 0..4 {
+        let all = (0..count as u32).collect();
+        let attribute = Attribute::new(Semantic::Generic, 16, values.clone(), all);
+        mesh.attributes.push(Attribute { set, ..attribute });
+    }
+    let options = Options { exact: Some(Real::Binary64), ..Options::default() };
+    let file = Encoder::new(options).encode_to_vec(&mesh).expect("no atom is too long");
+    let whole = decoder::decode(&file, decoder::Options::default()).unwrap();
+    let whole = whole.assembled().unwrap();
+    assert_eq!(corners(&whole), corners(&mesh));
+}

@@ -8,8 +8,9 @@ use crate::codec::walk::Walk;
 use crate::codec::whole::WholeError;
 use crate::container::{AttributeEntry, AttributeError};
 use crate::entropy::RangeEncoder;
-use crate::limits::Budget;
+use crate::limits::{Budget, MAX_ATOM_BYTES};
 use crate::mesh::Corner;
+use crate::mesh::attributes::{Domain, Kind, Quantisation, Stored};
 use crate::refine::{Labels, ProgressiveMesh};
 
 /// The attributes of the mesh as it stands.
@@ -27,6 +28,8 @@ pub struct Alive<'a> {
     /// Operations of which nothing has been coded, and bytes that each of them will take, as those before it did.
     owed: usize,
     each: f64,
+    /// Bytes that one may take where all corners round it have values of their own, of which nothing before it told.
+    most: usize,
     /// Bits of all that has been coded.
     pub bits: f64,
 }
@@ -51,8 +54,14 @@ impl<'a> Alive<'a> {
             owed: 0,
             // Nothing is known of them: as if integers were of two bytes.
             each: entries.iter().map(|entry| 2.0 * entry.kind().integers() as f64).sum(),
+            most: WEDGES * entries.iter().map(|entry| bytes_of_wedge(&entry.kind())).sum::<usize>(),
             bits: 0.0,
         }
+    }
+
+    /// Whether an atom of so many bytes has no room for what another operation may owe beside those there are.
+    pub fn fill(&self, bytes: usize) -> bool {
+        bytes + (self.owed + 1) * self.most >= MAX_ATOM_BYTES as usize
     }
 
     /// Bytes that will about be taken by what operations owe.
@@ -190,4 +199,22 @@ impl<'a> Alive<'a> {
         self.attributes.finish(&born, finest, &mut coder, &known, &mut budget)?;
         Ok((coder.finish(), budget.work()))
     }
+}
+
+/// Wedges that an operation may tell of: those of its vertex, of valence six, and of both corners of each of its link.
+const WEDGES: usize = 18;
+
+/// Bytes that a value of a kind takes where nothing tells of it.
+fn bytes_of_wedge(kind: &Kind) -> usize {
+    if !kind.is_coded_at(Domain::Corner) {
+        return 0;
+    }
+    let bits = match kind.quantisation {
+        Quantisation::Lattice { bits, .. } | Quantisation::Octahedral { bits } => bits as usize,
+        Quantisation::Integer if matches!(kind.stored, Stored::U8 | Stored::I8) => 8,
+        Quantisation::Integer if matches!(kind.stored, Stored::U16 | Stored::I16) => 16,
+        Quantisation::Integer | Quantisation::Raw => 32,
+    };
+    // The length of a number that is far off takes some bits, too.
+    (kind.integers() * (bits + 4)).div_ceil(8)
 }

@@ -278,8 +278,11 @@ impl<'a> Levels<'a> {
                 }
                 items += 1;
                 left -= 1;
-                let ahead = self.alive.as_ref().map_or(0, Alive::owed_bytes);
-                let ends = left == 0 || coder.size() + ahead >= atom_bytes;
+                let is_full = |alive: &Alive| {
+                    coder.size() + alive.owed_bytes() >= atom_bytes || alive.fill(coder.size())
+                };
+                let ends =
+                    left == 0 || coder.size() >= atom_bytes || self.alive.as_ref().is_some_and(is_full);
                 if let Some(alive) = &mut self.alive
                     && (ends || items.is_multiple_of(TOGETHER as u32))
                 {

@@ -134,7 +134,6 @@ impl Wedges {
 
     /// Corners take wedges as an operation has them: those of the link from the triangles that they come from, those of the new vertex
     /// are open. `table` is the one that it has led to (spec §13.9).
-    #[inline(never)]
     pub fn carry(&mut self, table: &CornerTable, operation: &Carried) {
         self.corners.resize(table.slots(), [Self::NONE; 4]);
         let star = operation.star;

@@ -333,7 +333,6 @@ fn normalised(v: Vector) -> Option<Vector> {
 }
 
 /// A vector as the integers of a normal.
-#[inline(never)]
 fn round_normal(column: &Column, vector: Vector, value: &mut Integers) {
     if let Quantisation::Octahedral { bits } = column.kind.quantisation {
         [value[0], value[1]] = near_octahedral(vector, quantise::radius(bits));

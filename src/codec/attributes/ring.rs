@@ -59,7 +59,6 @@ impl Ring {
         size_of::<Self>() + CORNERS * (4 * size_of::<Beside>() + 2 * 4 + size_of::<Corner>());
 
     /// Looks round a wedge of its corners, a run of the fan of its vertex; none where it is no wedge of the mesh.
-    #[inline(never)]
     pub fn look(&mut self, around: &Around) {
         self.beside.clear();
         (self.has_twins, self.closes, self.are_shared, self.most) = (false, false, false, 0);
@@ -131,7 +130,6 @@ impl Ring {
         }
     }
 
-    #[cold]
     fn know_some(&mut self, column: &Column) {
         self.some.clear();
         for beside in &self.beside {

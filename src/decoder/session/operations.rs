@@ -15,6 +15,7 @@ use crate::refine::Site;
 use std::collections::VecDeque;
 
 impl Session {
+    /// Decodes a refinement atom, and begins the pass of its level where it is the first.
     pub(super) fn refine(
         &mut self,
         contents: &Contents,

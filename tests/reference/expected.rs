@@ -19,7 +19,7 @@ pub struct Values {
     residuals: Vec<Residual>,
     recalled: Option<Recalled>,
     neighbours: Option<Neighbours>,
-    costs: [i64; 3],
+    costs: [i64; 5],
     /// How many values have had several ways.
     turn: u64,
     constant: bool,
@@ -44,10 +44,10 @@ impl Values {
         let n = integers(about);
         let is_at_corners = about.marks.is_multiple_of(2);
         Self {
-            residuals: (0..n).map(|_| Residual::fresh()).collect(),
+            residuals: (0..n).map(|_| Residual::fresh(about.quantisation == 2)).collect(),
             recalled: (is_at_corners && about.semantic == 3).then(Recalled::fresh),
             neighbours: (is_at_corners && about.quantisation == 0).then(Neighbours::fresh),
-            costs: [0; 3],
+            costs: [0; 5],
             turn: 0,
             constant: true,
             again: Model::FRESH,
@@ -320,7 +320,7 @@ fn normals(
     let ways = match both {
         Some((near, both)) => {
             guess.spread.fill(floor(4096.0 * sum(own - near)) as u32);
-            vec![both, near, own]
+            vec![both, near, own, both + near * 2.0, both + own * 2.0]
         }
         None => vec![own],
     };

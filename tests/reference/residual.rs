@@ -19,13 +19,15 @@ pub struct Residual {
 }
 
 impl Residual {
-    pub fn fresh() -> Self {
-        let mut parts = [[(0, 0); 40]; 3];
-        for c in 0..39i64 {
-            parts[0][c as usize].0 = 256 * (8 * c - 8);
-            parts[1][c as usize].0 = 256 * 2 * (c % 13 - 4);
-        }
-        parts[0][39].0 = 256 * 48;
+    pub fn fresh(is_octahedral: bool) -> Self {
+        let of = |c: i64| match (is_octahedral, c) {
+            (true, 39) => [71, 0, -8],
+            (true, 0..26) => [36 + 3 * c, 18, (8 * c - 40).min(11)],
+            (true, _) => [36 + 3 * c, 4 * (c % 13) - 30, (8 * c - 40).min(11)],
+            (false, 39) => [88, 0, -12],
+            (false, _) => [14 + 5 * c, -6, (3 * c - 21).min(11)],
+        };
+        let parts = [0, 1, 2].map(|i| std::array::from_fn(|c| (256 * of(c as i64)[i], 0)));
         let variance = |h: usize| match h {
             0 => 92,
             1 => 171,

@@ -9,7 +9,7 @@ use crate::mesh::attributes::{Quantisation, Semantic, quantise};
 use crate::mesh::{Attribute, Corner};
 
 /// Ways to guess a value.
-pub(super) const WAYS: usize = 3;
+pub(super) const WAYS: usize = 5;
 
 /// What is expected.
 #[derive(Clone, Debug, Default)]
@@ -277,7 +277,7 @@ fn normal(guess: &mut Guess, memory: &mut Memory, column: &Column, ring: &mut Ri
     // As the surface is bent against the normals round it.
     let bend = (sum(own - near) * FLAT) as u32;
     guess.spread.iter_mut().take(column.integers()).for_each(|spread| *spread = bend);
-    let ways: [Vector; WAYS] = [both, near, own];
+    let ways: [Vector; WAYS] = [both, near, own, both + near * 2.0, both + own * 2.0];
     let best = memory.best();
     if memory.judges() {
         let start = guess.value;

@@ -4,6 +4,8 @@ use crate::entropy::{BitCoder, CodingError, NumberModel, SymbolModel};
 
 /// Contexts of each kind.
 pub(super) const CONTEXTS: usize = 40;
+/// The context of each kind where nothing is known, the last one.
+pub(super) const UNKNOWN: usize = CONTEXTS - 1;
 /// Kinds of contexts.
 pub(super) const KINDS: usize = 3;
 
@@ -33,19 +35,26 @@ const LARGEST: i32 = 32 * OCTAVE - 1;
 /// Sizes that are told apart: halves of an octave, from one octave below 1 on.
 const SIZES: usize = 66;
 
-/// Before anything is learnt: a size is that of what is near, and larger where what it is expected of lies apart.
-const PARTS: [[Part; CONTEXTS]; KINDS] = {
-    let mut parts = [[Part { octaves: 0, count: 0 }; CONTEXTS]; KINDS];
-    let mut at = 0;
-    while at < CONTEXTS {
-        let is_known = at < CONTEXTS - 1;
-        // Halves of a bit length.
-        parts[0][at].octaves = if is_known { 8 * at as i32 - 8 } else { 3 * OCTAVE } << FINE;
-        parts[1][at].octaves = if is_known { 2 * (at as i32 % 13 - 4) } else { 0 } << FINE;
-        at += 1;
-    }
-    parts
-};
+/// Before anything is learnt: about what real meshes teach of octahedral coordinates, and of anything else. A size grows with what is near,
+/// if slower than that, and with the number before it; that of a direction also with how far what it is expected of lies apart.
+fn parts(are_directions: bool) -> [[Part; CONTEXTS]; KINDS] {
+    let octaves = |kind: usize, c: i32| match (kind, are_directions) {
+        (0, true) => 36 + 3 * c,
+        (0, false) => 14 + 5 * c,
+        (1, true) if c >= 26 => 4 * (c % 13) - 30,
+        (1, true) => 18,
+        (1, false) => -6,
+        (_, true) => (8 * c - 40).min(11),
+        (_, false) => (3 * c - 21).min(11),
+    };
+    let unknown = if are_directions { [71, 0, -8] } else { [88, 0, -12] };
+    std::array::from_fn(|kind| {
+        std::array::from_fn(|c| {
+            let octaves = if c < UNKNOWN { octaves(kind, c as i32) } else { unknown[kind] };
+            Part { octaves: octaves << FINE, count: 0 }
+        })
+    })
+}
 
 /// Numbers are bells whose width is their size, in symbols.
 const SYMBOLS: [SymbolModel; SIZES] = {
@@ -65,13 +74,12 @@ const SYMBOLS: [SymbolModel; SIZES] = {
     symbols
 };
 
-impl Default for ResidualModel {
-    fn default() -> Self {
-        Self { parts: PARTS, symbols: SYMBOLS, far: NumberModel::default() }
-    }
-}
-
 impl ResidualModel {
+    /// Fresh ones, of octahedral coordinates or of anything else.
+    pub(super) fn new(are_directions: bool) -> Self {
+        Self { parts: parts(are_directions), symbols: SYMBOLS, far: NumberModel::default() }
+    }
+
     /// Codes a number in these contexts, each below [`CONTEXTS`]; `mirrored` where it is rather below 0 than above.
     #[inline]
     pub(super) fn code<C: BitCoder>(
@@ -161,15 +169,15 @@ mod tests {
     proptest! {
         #[test]
         fn numbers_come_back(items in prop::collection::vec(
-            (prop_oneof![any::<i32>(), -3..4i32, -1000..1000i32, Just(i32::MIN)], 0..CONTEXTS, 0..CONTEXTS, any::<bool>()), 0..300)) {
+            (prop_oneof![any::<i32>(), -3..4i32, -1000..1000i32, Just(i32::MIN)], 0..CONTEXTS, 0..CONTEXTS, any::<bool>()), 0..300), are_directions: bool) {
             let mut encoder = RangeEncoder::default();
-            let mut model = ResidualModel::default();
+            let mut model = ResidualModel::new(are_directions);
             for &(n, a, b, mirrored) in &items {
                 prop_assert_eq!(model.code(&mut encoder, [a, b, 0], mirrored, n), Ok(n));
             }
             let bytes = encoder.finish();
             let mut decoder = RangeDecoder::new(&bytes);
-            let mut model = ResidualModel::default();
+            let mut model = ResidualModel::new(are_directions);
             for &(n, a, b, mirrored) in &items {
                 prop_assert_eq!(model.code(&mut decoder, [a, b, 0], mirrored, 0), Ok(n));
             }
@@ -177,9 +185,9 @@ mod tests {
         }
 
         #[test]
-        fn any_bytes_are_numbers_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..200), contexts in prop::array::uniform3(0..CONTEXTS)) {
+        fn any_bytes_are_numbers_or_an_error(bytes in prop::collection::vec(any::<u8>(), 0..200), contexts in prop::array::uniform3(0..CONTEXTS), are_directions: bool) {
             let mut decoder = RangeDecoder::new(&bytes);
-            let mut model = ResidualModel::default();
+            let mut model = ResidualModel::new(are_directions);
             for _ in 0..100 {
                 if model.code(&mut decoder, contexts, false, 0).is_err() {
                     break;
@@ -191,13 +199,15 @@ mod tests {
     /// What is of one size in a context costs little more than its entropy, once that is learnt.
     #[test]
     fn sizes_are_learnt() {
-        for (size, most) in [(1, 2.0), (30, 6.4), (3000, 13.1)] {
+        let sizes = [(1, 2.0), (30, 6.4), (3000, 13.1)];
+        for ((size, most), are_directions) in sizes.into_iter().flat_map(|size| [(size, false), (size, true)])
+        {
             let mut encoder = RangeEncoder::default();
-            let mut model = ResidualModel::default();
+            let mut model = ResidualModel::new(are_directions);
             for k in 0..4000 {
                 // All as likely, in some order.
                 let n = k * 7919 % (2 * size + 1) - size;
-                model.code(&mut encoder, [CONTEXTS - 1; 3], false, n).unwrap();
+                model.code(&mut encoder, [UNKNOWN; 3], false, n).unwrap();
             }
             let each = encoder.bits() / 4000.0;
             assert!(each < most, "{each} bits for numbers up to {size}");

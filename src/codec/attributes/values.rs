@@ -50,6 +50,7 @@ impl ValueModels {
     pub fn new(kind: &Kind) -> Self {
         let is_at_corners = kind.domain == Domain::Corner;
         let are_repeated = is_at_corners && kind.quantisation == Quantisation::Integer;
+        let are_directions = matches!(kind.quantisation, Quantisation::Octahedral { .. });
         let are_few = is_at_corners && kind.semantic == Semantic::Color;
         Self {
             memory: Memory::default(),
@@ -58,7 +59,7 @@ impl ValueModels {
             any: false,
             neighbours: are_repeated.then(|| Box::new(Neighbours::new())),
             recall: are_few.then(|| Box::new(Recall::new())),
-            numbers: vec![ResidualModel::default(); kind.integers()],
+            numbers: vec![ResidualModel::new(are_directions); kind.integers()],
             guess: Box::default(),
             lengths: Vec::new(),
         }
@@ -256,9 +257,9 @@ impl Lengths {
 }
 
 /// What the list of ways takes.
-const MOST_WAYS: usize = 4 * size_of::<Integers>();
+const MOST_WAYS: usize = predict::WAYS.next_power_of_two() * size_of::<Integers>();
 /// A context of its own.
-const UNKNOWN: u8 = super::residual::CONTEXTS as u8 - 1;
+const UNKNOWN: u8 = super::residual::UNKNOWN as u8;
 /// The same, of the integer before the first one.
 const UNKNOWN_LENGTH: u32 = UNKNOWN as u32;
 

@@ -18,7 +18,7 @@ pub struct Attributes {
     /// vertices are not mostly locked by their charts, as in uv=base
     #[arg(long, value_name = "NAME=base|0|auto,...", value_delimiter = ',', value_parser = birth)]
     attribute_birth: Vec<(String, AttributeBirth)>,
-    /// What attributes weigh in the choice of what coarse levels lack, 0 or more, by names as in --bits; 1 where not given, as in normal=2
+    /// What attributes weigh in the choice of what coarse levels lack, 0 or more, by names as in --bits; 1 where not given, as in normal=2; where there are no normals, uv weigh three eighths of it
     #[arg(long, value_name = "NAME=W,...", value_delimiter = ',', value_parser = weight)]
     weight: Vec<(String, f64)>,
 }

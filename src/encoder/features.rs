@@ -27,6 +27,7 @@ pub fn features(
     let size = lattice.step * f64::from(lattice.max_coordinate());
     let mut features = Features::default();
     let mut columns = Vec::new();
+    let has_normals = mesh.attributes.iter().any(|a| a.semantic == Semantic::Normal);
     let said = mesh.attributes.iter().zip(entries).map(|(a, entry)| (a, entry, birth(a, options)));
     for (attribute, entry, birth) in said.filter(|(a, _, birth)| may_be_coarse(a, *birth)) {
         let classes = classes(attribute, entry);
@@ -36,7 +37,9 @@ pub fn features(
         // What part a triangle is of must be known where it is asked for; texture coordinates are kept with all charts.
         let is_kept = meets && is_part && birth == AttributeBirth::Base;
         features.binding |= meets && !is_part && birth == AttributeBirth::Base;
-        let scale = weight(attribute, options) * input.worth(attribute, &manifold.positions, size);
+        let of_facets = if has_normals || attribute.semantic != Semantic::TexCoord { 1.0 } else { OF_FACETS };
+        let worth = input.worth(attribute, &manifold.positions, size);
+        let scale = weight(attribute, options) * of_facets * worth;
         let has_price = attribute.domain == Domain::Corner && scale > 0.0 && scale.is_finite();
         if has_price || meets {
             let scale = has_price.then_some(scale);
@@ -49,6 +52,10 @@ pub fn features(
     features.binding |= !features.values.charts.is_empty() && !input.have_others(&features.values);
     features
 }
+
+/// What texture coordinates weigh where there are no normals. Then facets are what is lit, and how far they turn has no price of its own:
+/// where vertices lie counts for more beside how far a texture slips.
+const OF_FACETS: f64 = 0.375;
 
 /// Which vertices of a conditioned mesh are of which body.
 pub fn bodies(mesh: &IndexedMesh, remainder: &Remainder) -> Bodies {
@@ -348,20 +355,25 @@ mod tests {
         assert_eq!(kinds.len(), 2);
     }
 
-    /// The texture of the sheet is as large as the sheet: as far as it slips a texture coordinate changes; weights make it more.
+    /// The texture of the sheet is as large as the sheet: as far as it slips a texture coordinate changes. Weights make it more, and that there
+    /// are no normals makes it less.
     #[test]
     fn a_slip_counts_as_far_as_it_is() {
-        let mesh = sheet(4);
-        let size = |options: &Options| {
-            let values = of(&mesh, options).1.values;
-            assert_eq!((values.width, values.of_charts, values.rows.len()), (2, 2, 2 * 20));
-            let number = |k: usize| values.rows.iter().skip(k).step_by(2).copied();
+        let mut mesh = sheet(4);
+        let size = |mesh: &IndexedMesh, options: &Options| {
+            let values = of(mesh, options).1.values;
+            let width = values.width;
+            assert_eq!((values.of_charts, values.rows.len()), (2, width * 20));
+            let number = |k: usize| values.rows.iter().skip(k).step_by(width).copied();
             (number(0).fold(0.0, f32::max), number(1).fold(0.0, f32::max))
         };
-        assert_eq!(size(&Options::default()), (4.0, 3.0));
+        assert_eq!(size(&mesh, &Options::default()), (1.5, 1.125));
         let heavy = Options { attribute_weights: vec![("uv".into(), 2.0)], ..Options::default() };
-        assert_eq!(size(&heavy), (8.0, 6.0));
+        assert_eq!(size(&mesh, &heavy), (3.0, 2.25));
         let none = Options { attribute_weights: vec![("uv".into(), 0.0)], ..Options::default() };
         assert_eq!(of(&mesh, &none).1.values, Values::default());
+        let up = Numbers::F32(vec![0.0, 0.0, 1.0]);
+        mesh.attributes.push(Attribute::new(Semantic::Normal, 3, up, vec![0; 3 * mesh.triangles.len()]));
+        assert_eq!(size(&mesh, &Options::default()), (4.0, 3.0));
     }
 }
